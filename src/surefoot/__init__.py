@@ -1,0 +1,116 @@
+"""Surefoot: a biped that keeps walking when it is pushed.
+
+Names are loaded when they are first used, so that `surefoot --help` starts at once.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+from surefoot.version import VERSION as __version__
+
+if TYPE_CHECKING:
+    from surefoot.control.dcm_tracking import DcmTracking
+    from surefoot.control.hybrid import HybridController
+    from surefoot.errors import (
+        FileError,
+        MissingExtraError,
+        ParameterError,
+        RobotError,
+        SurefootError,
+        VelocityError,
+    )
+    from surefoot.models.footsteps import Footstep, Side
+    from surefoot.models.interfaces import Command, Controller, Mode, Observation, Status
+    from surefoot.models.pushes import Push
+    from surefoot.models.robot import Robot, load_robot, preset_names
+    from surefoot.models.viability import ViableOffsets, viable_offsets
+    from surefoot.planning.nominal_gait import NominalGait, largest_speed, nominal_gait
+    from surefoot.planning.optimality import KktResidual, kkt_residual
+    from surefoot.planning.step_adaptation import StepProblem, StepSolution, solve_step
+    from surefoot.simulation.lipm_simulator import LipmSimulator
+    from surefoot.simulation.outcome import Fall, Outcome
+    from surefoot.simulation.rollout import Rollout, load_rollout
+    from surefoot.simulation.simulate import simulate
+    from surefoot.studies.push_recovery import PushLimit, smallest_failing_push
+
+_HOMES = {
+    "control.dcm_tracking": ("DcmTracking",),
+    "control.hybrid": ("HybridController",),
+    "errors": (
+        "FileError",
+        "MissingExtraError",
+        "ParameterError",
+        "RobotError",
+        "SurefootError",
+        "VelocityError",
+    ),
+    "models.footsteps": ("Footstep", "Side"),
+    "models.interfaces": ("Command", "Controller", "Mode", "Observation", "Status"),
+    "models.pushes": ("Push",),
+    "models.robot": ("Robot", "load_robot", "preset_names"),
+    "models.viability": ("ViableOffsets", "viable_offsets"),
+    "planning.nominal_gait": ("NominalGait", "largest_speed", "nominal_gait"),
+    "planning.optimality": ("KktResidual", "kkt_residual"),
+    "planning.step_adaptation": ("StepProblem", "StepSolution", "solve_step"),
+    "simulation.lipm_simulator": ("LipmSimulator",),
+    "simulation.outcome": ("Fall", "Outcome"),
+    "simulation.rollout": ("Rollout", "load_rollout"),
+    "simulation.simulate": ("simulate",),
+    "studies.push_recovery": ("PushLimit", "smallest_failing_push"),
+}
+_HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
+
+__all__ = [
+    "Command",
+    "Controller",
+    "DcmTracking",
+    "Fall",
+    "FileError",
+    "Footstep",
+    "HybridController",
+    "KktResidual",
+    "LipmSimulator",
+    "MissingExtraError",
+    "Mode",
+    "NominalGait",
+    "Observation",
+    "Outcome",
+    "ParameterError",
+    "Push",
+    "PushLimit",
+    "Robot",
+    "RobotError",
+    "Rollout",
+    "Side",
+    "Status",
+    "StepProblem",
+    "StepSolution",
+    "SurefootError",
+    "VelocityError",
+    "ViableOffsets",
+    "__version__",
+    "kkt_residual",
+    "largest_speed",
+    "load_robot",
+    "load_rollout",
+    "nominal_gait",
+    "preset_names",
+    "simulate",
+    "smallest_failing_push",
+    "solve_step",
+    "viable_offsets",
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOME_OF:
+        raise AttributeError(f"module 'surefoot' has no attribute {name!r}")
+    value = getattr(import_module(f"surefoot.{_HOME_OF[name]}"), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -1,0 +1,265 @@
+"""Track the planned DCM by moving the ZMP: Eqs. (21)-(25) of [OnlineGait], after [Englsberger2015].
+
+    zmp = zmp_plan + (1 + K_f / omega) (dcm - dcm_plan)
+
+makes the error decay with the rate K_f, as long as the ZMP stays under the foot.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from typing import Self
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from surefoot.control.cycle import SWING, command_swing, is_finite, side_index
+from surefoot.errors import ParameterError, check_number
+from surefoot.models.footsteps import Side
+from surefoot.models.interfaces import COMMAND, Command, Mode, Observation, Status
+from surefoot.models.record import new_array
+from surefoot.models.robot import Robot
+from surefoot.planning.dcm_plan import planned_dcm
+from surefoot.planning.nominal_gait import NominalGait, nominal_gait
+
+DEFAULT_DCM_GAIN = 3.0
+"""K_f, the rate at which tracking removes an error [1/s]."""
+
+TRACKING = np.dtype(
+    [
+        ("omega", "f8"),
+        ("zmp_gain", "f8"),
+        ("half_foot", "f8", (2,)),
+        ("step_duration", "f8"),
+        ("start_offset", "f8", (2, 2)),
+        ("step_min", "f8", (2, 2)),
+        ("step_max", "f8", (2, 2)),
+        ("swing", SWING),
+    ],
+    align=True,
+)
+"""Parameters of tracking; the first index of a table is the support side, see `side_index`."""
+
+PLAN = np.dtype(
+    [
+        ("start_offset", "f8", (2,)),
+        ("end_offset", "f8", (2,)),
+        ("step_duration", "f8"),
+        ("lift", "f8"),
+        ("support_side", "i8"),
+        ("adapting", "i8"),
+    ],
+    align=True,
+)
+"""What is remembered of the step under way: planned DCM relative to the support foot at its start
+and to the landing foot at its end [m], its planned duration [s], the lift of the swing foot."""
+
+TRACKING_STATE = np.dtype([("plan", PLAN), ("command", COMMAND)], align=True)
+
+_TRACKING_MODE = int(Mode.TRACKING)
+_ZMP_AT_EDGE = int(Status.ZMP_AT_EDGE)
+_HELD = int(Status.HELD)
+
+
+@njit(cache=True)
+def hold(state, next_state):
+    """The answer to an observation that cannot be trusted: the last command again, and say so."""
+    next_state.plan = state.plan
+    next_state.command = state.command
+    next_state.command.status = _HELD
+
+
+@njit(cache=True)
+def begin_plan(tracking, observation, nominal, plan):
+    """Begin the plan of the step that starts with this observation.
+
+    The plan goes on from where it meant to land, so that it does not jump; or, after steps that
+    were adapted (`nominal`), from the nominal offset of the new foot.
+    """
+    plan.support_side = observation.support_side
+    plan.step_duration = tracking.step_duration
+    row = side_index(observation.support_side)
+    for i in range(2):
+        plan.start_offset[i] = tracking.start_offset[row, i] if nominal else plan.end_offset[i]
+
+
+@njit(cache=True)
+def tracking_error(observation, growth, plan, command) -> float:
+    """Write the planned DCM into the command and return how far the DCM is from it [m]."""
+    for i in range(2):
+        command.dcm_plan[i] = planned_dcm(observation.support_foot[i], plan.start_offset[i], growth)
+    return math.hypot(
+        observation.dcm[0] - command.dcm_plan[0], observation.dcm[1] - command.dcm_plan[1]
+    )
+
+
+@njit(cache=True)
+def track(tracking, observation, plan, command):
+    """Write ZMP, landing and timing of a step that follows its plan.
+
+    The step ends with the nominal offset of the next foot, which a new velocity may have changed
+    in the meantime: p_next = dcm_plan(T) - d_nom, inside the box of steps.
+    """
+    row = side_index(observation.support_side)
+    next_row = 1 - row
+    growth = math.exp(tracking.omega * plan.step_duration)
+    command.mode, command.status = _TRACKING_MODE, 0
+    command.step_duration = plan.step_duration
+    for i in range(2):
+        shift = tracking.zmp_gain * (observation.dcm[i] - command.dcm_plan[i])
+        inside = min(max(shift, -tracking.half_foot[i]), tracking.half_foot[i])
+        if inside != shift:
+            command.status |= _ZMP_AT_EDGE
+        command.zmp[i] = observation.support_foot[i] + inside
+        dcm_at_end = plan.start_offset[i] * growth
+        step = dcm_at_end - tracking.start_offset[next_row, i]
+        step = min(max(step, tracking.step_min[row, i]), tracking.step_max[row, i])
+        command.step_location[i] = observation.support_foot[i] + step
+        command.dcm_offset[i] = plan.end_offset[i] = dcm_at_end - step
+
+
+@njit(cache=True)
+def tracking_cycle(parameters, state, observation, next_state):
+    """One cycle of `DcmTracking` over records."""
+    if not is_finite(observation):
+        hold(state, next_state)
+        return
+    next_state.plan = state.plan
+    plan, command = next_state.plan, next_state.command
+    new_step = observation.support_side != plan.support_side
+    if new_step:
+        begin_plan(parameters, observation, False, plan)
+    tracking_error(observation, math.exp(parameters.omega * observation.elapsed), plan, command)
+    track(parameters, observation, plan, command)
+    plan.lift = command_swing(
+        parameters.swing, observation, state.command, plan.lift, new_step, command
+    )
+
+
+@njit(cache=True)
+def _tracking_step(parameters, state, observation, next_state):
+    tracking_cycle(parameters[0], state[0], observation[0], next_state[0])
+
+
+def check_robot(robot: Robot) -> None:
+    """Refuse what is not a `Robot`.
+
+    Raises:
+        ParameterError: it is something else.
+    """
+    if not isinstance(robot, Robot):
+        raise ParameterError("a Robot", repr(robot), 'load one: surefoot.load_robot("paper-biped")')
+
+
+def tracking_parameters(
+    robot: Robot, gait: NominalGait, dcm_gain: float, project_zmp: bool, period: float
+) -> NDArray[np.void]:
+    """The `TRACKING` record of a robot and a gait, shape (1,)."""
+    parameters = new_array(TRACKING)
+    record = parameters[0]
+    record["omega"] = robot.omega
+    record["zmp_gain"] = 1.0 + dcm_gain / robot.omega
+    record["half_foot"] = robot.foot.half if project_zmp else (math.inf, math.inf)
+    record["step_duration"] = gait.step_duration
+    for side in Side:
+        row = side_index.py_func(side)
+        record["start_offset"][row] = gait.start_offset(side)
+        record["step_min"][row], record["step_max"][row] = robot.gait.step_box(side, robot.hip)
+    swing = record["swing"]
+    swing["height"], swing["landing_velocity"] = robot.swing.height, robot.swing.landing_velocity
+    swing["max_speed"], swing["period"] = robot.swing.max_speed, period
+    return parameters
+
+
+def first_plan(gait: NominalGait, observation: Observation, state: NDArray[np.void]) -> None:
+    """Fill plan and command of a new state: on the nominal gait, standing where it is.
+
+    Raises:
+        ParameterError: the observation holds a NaN or an infinity, or no side.
+    """
+    if not is_finite.py_func(observation) or observation.support_side not in tuple(Side):
+        raise ParameterError(
+            "a first observation of finite numbers and a Side",
+            repr(observation),
+            "wait for the estimator before starting the controller",
+        )
+    side = Side(observation.support_side)
+    plan, command = state["plan"][0], state["command"][0]
+    plan["support_side"], plan["step_duration"] = side, gait.step_duration
+    plan["start_offset"] = gait.start_offset(side)
+    plan["end_offset"] = command["dcm_offset"] = gait.dcm_offset(side)
+    command["zmp"] = observation.support_foot
+    command["dcm_plan"] = observation.dcm
+    command["step_location"] = observation.support_foot + np.asarray(gait.step(side))
+    command["step_duration"] = gait.step_duration
+    command["swing_foot"] = observation.swing_foot
+
+
+@dataclass(frozen=True)
+class DcmTracking:
+    """Footsteps as planned; disturbances are met by the ZMP alone.
+
+    Args:
+        robot: whose gait it is.
+        velocity: commanded (v_x, v_y) [m/s].
+        dcm_gain: K_f, rate at which an error decays [1/s].
+        project_zmp: keep the ZMP inside the foot; False shows what the law asks for, as the
+            paper's Figs. 5 and 8 do.
+        step_duration: T_nom, chosen from the velocity if None [s].
+        period: control period [s].
+
+    Raises:
+        VelocityError: the velocity cannot be walked.
+        ParameterError: another argument is out of range.
+    """
+
+    robot: Robot
+    velocity: tuple[float, float]
+    dcm_gain: float = DEFAULT_DCM_GAIN
+    project_zmp: bool = True
+    step_duration: float | None = None
+    period: float = 0.001
+    gait: NominalGait = field(init=False, repr=False)
+    parameters: NDArray[np.void] = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        check_robot(self.robot)
+        check_number("dcm_gain", self.dcm_gain, 0.0, "1/s", above=True)
+        check_number("period", self.period, 0.0, "s", above=True)
+        gait = nominal_gait(self.robot, self.velocity, self.step_duration)
+        object.__setattr__(self, "gait", gait)
+        object.__setattr__(self, "velocity", gait.velocity)
+        parameters = tracking_parameters(
+            self.robot, gait, self.dcm_gain, self.project_zmp, self.period
+        )
+        object.__setattr__(self, "parameters", parameters)
+
+    @property
+    def kernel(self) -> Callable[..., None]:
+        """The compiled cycle over records."""
+        return tracking_cycle
+
+    def start(self, observation: Observation) -> NDArray[np.void]:
+        """The state before the first cycle.
+
+        Raises:
+            ParameterError: the observation is not finite.
+        """
+        state = new_array(TRACKING_STATE)
+        first_plan(self.gait, observation, state)
+        return state
+
+    def step(
+        self, state: NDArray[np.void], observation: Observation
+    ) -> tuple[Command, NDArray[np.void]]:
+        """One cycle: what to do now, and the state for the next cycle."""
+        next_state = new_array(TRACKING_STATE)
+        _tracking_step(self.parameters, state, observation.array, next_state)
+        return Command.of(next_state["command"]), next_state
+
+    def with_velocity(self, velocity: tuple[float, float]) -> Self:
+        """The same controller for another velocity; the state carries over."""
+        return replace(self, velocity=velocity)

@@ -1,0 +1,231 @@
+"""The paper's hybrid controller: track small errors, re-plan the step for large ones.
+
+Section III-C and Fig. 6 of [OnlineGait]. While the DCM error is below the threshold the ZMP tracks
+the plan. Past it the plan is dropped, the ZMP rests at the centre of the foot, and every cycle
+decides step location and timing anew. At the next touchdown the plan starts again from the nominal
+offset of the new foot, and tracking resumes if the error there is below the threshold.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from typing import Self
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from surefoot.control.cycle import command_swing, is_finite, side_index
+from surefoot.control.dcm_tracking import (
+    DEFAULT_DCM_GAIN,
+    PLAN,
+    TRACKING,
+    begin_plan,
+    check_robot,
+    first_plan,
+    hold,
+    track,
+    tracking_error,
+    tracking_parameters,
+)
+from surefoot.errors import check_number, check_pair
+from surefoot.models.footsteps import Side
+from surefoot.models.interfaces import COMMAND, Command, Mode, Observation
+from surefoot.models.record import new_array
+from surefoot.models.robot import Robot
+from surefoot.planning.nominal_gait import NominalGait, nominal_gait
+from surefoot.planning.step_adaptation import (
+    STEP_PROBLEM,
+    STEP_SOLUTION,
+    StepProblem,
+    solve_step_record,
+)
+
+HYBRID = np.dtype(
+    [("tracking", TRACKING), ("threshold", "f8"), ("problem", STEP_PROBLEM, (2,))], align=True
+)
+"""Parameters: of tracking, the threshold [m], and the step problem of each support side."""
+
+HYBRID_STATE = np.dtype(
+    [("plan", PLAN), ("solution", STEP_SOLUTION), ("command", COMMAND)], align=True
+)
+
+_ADAPTING = int(Mode.ADAPTING)
+
+
+@njit(cache=True)
+def adapt(parameters, observation, growth, solution, command):
+    """Write ZMP, landing and timing of a step that is decided now; `growth` is e^(omega t)."""
+    problem = parameters.problem[side_index(observation.support_side)]
+    solve_step_record(
+        problem,
+        (observation.dcm[0] - observation.support_foot[0]) / growth,
+        (observation.dcm[1] - observation.support_foot[1]) / growth,
+        growth,
+        solution,
+    )
+    command.mode, command.status = _ADAPTING, solution.status
+    command.step_duration = max(
+        math.log(solution.tau) / parameters.tracking.omega, observation.elapsed
+    )
+    for i in range(2):
+        command.zmp[i] = observation.support_foot[i]
+        command.step_location[i] = observation.support_foot[i] + solution.step[i]
+        command.dcm_offset[i] = solution.offset[i]
+
+
+@njit(cache=True)
+def hybrid_cycle(parameters, state, observation, next_state):
+    """One cycle of `HybridController` over records."""
+    next_state.solution = state.solution
+    if not is_finite(observation):
+        hold(state, next_state)
+        return
+    next_state.plan = state.plan
+    plan, command = next_state.plan, next_state.command
+    tracking = parameters.tracking
+    growth = math.exp(tracking.omega * observation.elapsed)
+    new_step = observation.support_side != plan.support_side
+    if new_step:
+        begin_plan(tracking, observation, plan.adapting != 0, plan)
+        plan.adapting = 0
+    if tracking_error(observation, growth, plan, command) >= parameters.threshold:
+        plan.adapting = 1
+    if plan.adapting != 0:
+        adapt(parameters, observation, growth, next_state.solution, command)
+    else:
+        track(tracking, observation, plan, command)
+    plan.lift = command_swing(
+        tracking.swing, observation, state.command, plan.lift, new_step, command
+    )
+
+
+@njit(cache=True)
+def _hybrid_step(parameters, state, observation, next_state):
+    hybrid_cycle(parameters[0], state[0], observation[0], next_state[0])
+
+
+@dataclass(frozen=True)
+class HybridController:
+    """DCM tracking for small errors, online step location and timing for large ones.
+
+    Args:
+        robot: whose gait it is.
+        velocity: commanded (v_x, v_y) [m/s].
+        threshold: DCM error at which the step is decided anew [m]; 0 always, inf never.
+        dcm_gain: K_f, rate at which tracking removes an error [1/s].
+        project_zmp: keep the ZMP of tracking inside the foot.
+        step_weight: (a1, a2) on the step vector [1/m^2].
+        tau_weight: a3 on tau [-].
+        offset_weight: (a4, a5) on the DCM offset; they must dominate [1/m^2]. Forward, a large
+            push drives the step to its limit, and only the timing is left to bring the offset
+            back: the default a4 keeps it within a millimetre of nominal there.
+        offset_penalty: on half the squared violation of the offset bounds [1/m^2].
+        step_duration: T_nom, chosen from the velocity if None [s].
+        period: control period [s].
+
+    Raises:
+        VelocityError: the velocity cannot be walked.
+        ParameterError: another argument is out of range.
+    """
+
+    robot: Robot
+    velocity: tuple[float, float]
+    threshold: float = 0.025
+    dcm_gain: float = DEFAULT_DCM_GAIN
+    project_zmp: bool = True
+    step_weight: tuple[float, float] = (1.0, 1.0)
+    tau_weight: float = 1.0
+    offset_weight: tuple[float, float] = (20000.0, 1000.0)
+    offset_penalty: float = 1e6
+    step_duration: float | None = None
+    period: float = 0.001
+    gait: NominalGait = field(init=False, repr=False)
+    parameters: NDArray[np.void] = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        check_robot(self.robot)
+        check_number("threshold", self.threshold, 0.0, "m")
+        check_number("dcm_gain", self.dcm_gain, 0.0, "1/s", above=True)
+        check_number("period", self.period, 0.0, "s", above=True)
+        check_pair("step_weight", self.step_weight, 0.0, "1/m^2")
+        check_number("tau_weight", self.tau_weight, 0.0, "-")
+        check_pair("offset_weight", self.offset_weight, 0.0, "1/m^2")
+        check_number("offset_penalty", self.offset_penalty, 0.0, "1/m^2")
+        gait = nominal_gait(self.robot, self.velocity, self.step_duration)
+        object.__setattr__(self, "gait", gait)
+        object.__setattr__(self, "velocity", gait.velocity)
+        parameters = new_array(HYBRID)
+        parameters["tracking"] = tracking_parameters(
+            self.robot, gait, self.dcm_gain, self.project_zmp, self.period
+        )
+        parameters["threshold"] = self.threshold
+        for side in Side:
+            parameters["problem"][0, side_index.py_func(side)] = self.step_problem(side).array[0]
+        object.__setattr__(self, "parameters", parameters)
+
+    def step_problem(
+        self,
+        support_side: Side,
+        growth: tuple[float, float] | None = None,
+        elapsed: float = 0.0,
+    ) -> StepProblem:
+        """The step problem that this controller solves.
+
+        The offset bounds are the robot's, widened where needed so that they hold the nominal
+        offset: a fast gait must not be pulled away from itself.
+
+        Args:
+            support_side: foot on the ground.
+            growth: (A, B), the nominal gait if None [m].
+            elapsed: t, time since touchdown [s].
+        """
+        gait, limits = self.gait, self.robot.gait
+        d_nom = gait.dcm_offset(support_side)
+        step_min, step_max = limits.step_box(support_side, self.robot.hip)
+        omega = self.robot.omega
+        return StepProblem(
+            growth=gait.start_offset(support_side) if growth is None else growth,
+            nominal_step=gait.step(support_side),
+            nominal_tau=gait.growth,
+            nominal_offset=d_nom,
+            step_min=step_min,
+            step_max=step_max,
+            tau_min=math.exp(omega * max(limits.step_duration[0], elapsed)),
+            tau_max=math.exp(omega * limits.step_duration[1]),
+            offset_min=(min(-limits.dcm_offset[0], d_nom[0]), min(-limits.dcm_offset[1], d_nom[1])),
+            offset_max=(max(limits.dcm_offset[0], d_nom[0]), max(limits.dcm_offset[1], d_nom[1])),
+            step_weight=self.step_weight,
+            tau_weight=self.tau_weight,
+            offset_weight=self.offset_weight,
+            offset_penalty=self.offset_penalty,
+        )
+
+    @property
+    def kernel(self) -> Callable[..., None]:
+        """The compiled cycle over records."""
+        return hybrid_cycle
+
+    def start(self, observation: Observation) -> NDArray[np.void]:
+        """The state before the first cycle.
+
+        Raises:
+            ParameterError: the observation is not finite.
+        """
+        state = new_array(HYBRID_STATE)
+        first_plan(self.gait, observation, state)
+        return state
+
+    def step(
+        self, state: NDArray[np.void], observation: Observation
+    ) -> tuple[Command, NDArray[np.void]]:
+        """One cycle: what to do now, and the state for the next cycle."""
+        next_state = new_array(HYBRID_STATE)
+        _hybrid_step(self.parameters, state, observation.array, next_state)
+        return Command.of(next_state["command"]), next_state
+
+    def with_velocity(self, velocity: tuple[float, float]) -> Self:
+        """The same controller for another velocity; the state carries over."""
+        return replace(self, velocity=velocity)

@@ -1,0 +1,103 @@
+"""Pushes: constant horizontal forces on the CoM over an interval of time; they add up."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from surefoot.errors import ParameterError
+
+PUSH = np.dtype([("start", "f8"), ("end", "f8"), ("force", "f8", (2,))], align=True)
+"""One push as a record: start and end [s], force (x, y) [N]."""
+
+
+@dataclass(frozen=True)
+class Push:
+    """A constant force on the CoM.
+
+    Args:
+        start: when it begins [s].
+        duration: how long it lasts [s]; `math.inf` for a force that never ends.
+        force: (x, y) [N], x forward, y to the left.
+
+    Raises:
+        ParameterError: a value is not finite, the duration is not positive, or the force is not a pair.
+    """
+
+    start: float
+    duration: float
+    force: tuple[float, float]
+
+    def __post_init__(self) -> None:
+        try:
+            start, duration = float(self.start), float(self.duration)
+            force = tuple(float(component) for component in self.force)
+        except (TypeError, ValueError):
+            force = ()
+        if len(force) != 2:
+            raise ParameterError(
+                "numbers for start and duration [s] and a pair (x, y) for force [N]",
+                f"start={self.start!r}, duration={self.duration!r}, force={self.force!r}",
+                "write for example Push(start=1.1, duration=0.2, force=(176.0, 0.0))",
+            )
+        if not (math.isfinite(start) and all(map(math.isfinite, force)) and duration > 0.0):
+            raise ParameterError(
+                "a finite start and force and a positive duration",
+                f"start={start}, duration={duration}, force={force}",
+                "leave the push out if there is none",
+            )
+        object.__setattr__(self, "start", start)
+        object.__setattr__(self, "duration", duration)
+        object.__setattr__(self, "force", force)
+
+    @property
+    def end(self) -> float:
+        """When it ends [s]."""
+        return self.start + self.duration
+
+    @property
+    def impulse(self) -> tuple[float, float]:
+        """J = F * duration (x, y) [N s]."""
+        return (self.force[0] * self.duration, self.force[1] * self.duration)
+
+    def delta_v(self, mass: float) -> tuple[float, float]:
+        """The robot-independent figure: impulse / mass (x, y) [m/s]."""
+        return (self.impulse[0] / mass, self.impulse[1] / mass)
+
+
+def push_records(pushes: Sequence[Push]) -> NDArray[np.void]:
+    """The pushes as an array of `PUSH` records, shape (number of pushes,)."""
+    records = np.zeros(len(pushes), PUSH)
+    for record, push in zip(records, pushes, strict=True):
+        record["start"], record["end"], record["force"] = push.start, push.end, push.force
+    return records
+
+
+@njit(cache=True)
+def force_until_change(pushes, time: float, horizon: float) -> tuple[float, float, float]:
+    """The total force at `time`, and until when it stays so.
+
+    Args:
+        pushes: array of `PUSH` records.
+        time: now [s]; a push acts for start <= time < end.
+        horizon: no later than this [s].
+
+    Returns:
+        Force x [N], force y [N], and the first instant in (time, horizon] at which a push begins
+        or ends, or `horizon` [s].
+    """
+    force_x, force_y, until = 0.0, 0.0, horizon
+    for i in range(pushes.shape[0]):
+        start, end = pushes[i].start, pushes[i].end
+        if start <= time < end:
+            force_x += pushes[i].force[0]
+            force_y += pushes[i].force[1]
+            until = min(until, end)
+        elif time < start:
+            until = min(until, start)
+    return force_x, force_y, until

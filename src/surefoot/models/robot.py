@@ -1,0 +1,230 @@
+"""What a robot is to the gait: mass, height, feet and limits, read from a strict TOML file."""
+
+from __future__ import annotations
+
+import difflib
+import math
+import tomllib
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from surefoot.errors import RobotError
+from surefoot.models.gait import GaitLimits
+from surefoot.models.lipm import STANDARD_GRAVITY, natural_frequency
+
+
+def _check_positive(owner: str, **values: float) -> None:
+    for name, value in values.items():
+        if not (math.isfinite(value) and value > 0.0):
+            raise RobotError(
+                f"`{name}` of the {owner} to be positive and finite",
+                f"{value}",
+                "give the measured value in SI units",
+            )
+
+
+class Foot(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """The rectangular sole, centred under the ankle.
+
+    Attributes:
+        length: extent in x [m].
+        width: extent in y [m].
+    """
+
+    length: float
+    width: float
+
+    def __post_init__(self) -> None:
+        _check_positive("foot", length=self.length, width=self.width)
+
+    @property
+    def half(self) -> tuple[float, float]:
+        """How far the ZMP can move from the centre (x, y) [m]."""
+        return (0.5 * self.length, 0.5 * self.width)
+
+
+class Swing(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """How the swing foot moves.
+
+    Attributes:
+        height: apex over the ground [m].
+        landing_velocity: downward speed at touchdown [m/s].
+        max_speed: horizontal speed limit of the foot [m/s]; inf is the paper's idealisation.
+    """
+
+    height: float = 0.05
+    landing_velocity: float = 0.0
+    max_speed: float = math.inf
+
+    def __post_init__(self) -> None:
+        _check_positive("swing", height=self.height)
+        if not (math.isfinite(self.landing_velocity) and self.landing_velocity >= 0.0):
+            raise RobotError(
+                "`landing_velocity` of the swing to be 0 or a downward speed [m/s]",
+                f"{self.landing_velocity}",
+                "give it as a positive number, it points down",
+            )
+        if not self.max_speed > 0.0:
+            raise RobotError(
+                "`max_speed` of the swing to be positive [m/s]",
+                f"{self.max_speed}",
+                "leave it out, or write inf, for the paper's unlimited leg",
+            )
+
+
+class Robot(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """A biped as the gait sees it.
+
+    Attributes:
+        name: what to call it.
+        description: where the numbers come from.
+        mass: total mass [kg].
+        com_height: height of the CoM over the ground in walking [m].
+        hip: lateral distance of the sole centres in straight walking [m].
+        foot: sole rectangle.
+        gait: limits of a step.
+        swing: motion of the foot in the air.
+        gravity: gravitational acceleration [m/s^2].
+
+    Raises:
+        RobotError: a quantity that must be positive is not.
+    """
+
+    name: str
+    mass: float
+    com_height: float
+    hip: float
+    foot: Foot
+    gait: GaitLimits
+    swing: Swing = Swing()
+    gravity: float = STANDARD_GRAVITY
+    description: str = ""
+
+    def __post_init__(self) -> None:
+        _check_positive(
+            "robot",
+            mass=self.mass,
+            com_height=self.com_height,
+            hip=self.hip,
+            gravity=self.gravity,
+        )
+
+    @property
+    def omega(self) -> float:
+        """Natural frequency of the pendulum [1/s]."""
+        return float(natural_frequency(self.com_height, self.gravity))
+
+    def replace(self, **changes: Any) -> Robot:
+        """A copy with some attributes changed, checked like a file: `robot.replace(mass=70.0)`.
+
+        Raises:
+            RobotError: an unknown attribute, or a value out of range.
+        """
+        unknown = sorted(set(changes) - set(self.__struct_fields__))
+        if unknown:
+            raise RobotError(
+                f"attributes of Robot ({', '.join(self.__struct_fields__)})",
+                ", ".join(unknown),
+                "replace nested values as a whole: robot.replace(swing=Swing(max_speed=3.0))",
+            )
+        return msgspec.structs.replace(self, **changes)
+
+
+def preset_names() -> list[str]:
+    """The robots that Surefoot ships, sorted by name."""
+    folder = resources.files("surefoot.models") / "robots"
+    return sorted(
+        entry.name.removesuffix(".toml")
+        for entry in folder.iterdir()
+        if entry.name.endswith(".toml")
+    )
+
+
+def load_robot(name_or_path: str | Path) -> Robot:
+    """Load a robot by the name of a preset or from a TOML file.
+
+    Args:
+        name_or_path: a preset such as "paper-biped", or a path that ends in .toml.
+
+    Returns:
+        The robot, every value checked.
+
+    Raises:
+        RobotError: no such preset or file, not TOML, an unknown key, a wrong type or a bad range;
+            the message names the file and the key.
+    """
+    if str(name_or_path).endswith(".toml"):
+        return _read_file(Path(name_or_path))
+    if str(name_or_path) in preset_names():
+        text = (resources.files("surefoot.models") / "robots" / f"{name_or_path}.toml").read_text(
+            encoding="utf-8"
+        )
+        return parse_robot(text, str(name_or_path))
+    raise RobotError(
+        f"a preset ({', '.join(preset_names())}) or a path ending in .toml",
+        repr(str(name_or_path)),
+        "run `surefoot robots` to see the presets",
+    )
+
+
+def _read_file(path: Path) -> Robot:
+    try:
+        text = path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise RobotError(
+            "a readable robot file", f"{path}: {error}", "check the path and its permissions"
+        ) from error
+    return parse_robot(text, str(path))
+
+
+def parse_robot(text: str, origin: str) -> Robot:
+    """A robot from TOML text.
+
+    Args:
+        text: the TOML document.
+        origin: what to call the document in messages.
+
+    Raises:
+        RobotError: see `load_robot`.
+    """
+    try:
+        table = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise RobotError(
+            "a TOML document", f"{origin}: {error}", "correct the line that is named"
+        ) from error
+    _reject_unknown_keys(table, Robot, origin, "")
+    try:
+        return msgspec.convert(table, Robot)
+    except msgspec.ValidationError as error:
+        if isinstance(error.__cause__, RobotError):
+            cause = error.__cause__
+            raise RobotError(cause.expected, f"{cause.got} in {origin}", cause.remedy) from error
+        raise RobotError(
+            "every key of a robot with its type",
+            f"{origin}: {error}",
+            "compare with a preset: `surefoot robots --show paper-biped`",
+        ) from error
+
+
+def _reject_unknown_keys(table: dict[str, Any], struct: type, origin: str, path: str) -> None:
+    fields = {field.name: field.type for field in msgspec.structs.fields(struct)}
+    for key, value in table.items():
+        where = f"{path}{key}"
+        if key not in fields:
+            close = difflib.get_close_matches(key, fields, n=1)
+            raise RobotError(
+                f"one of the keys {', '.join(path + name for name in fields)}",
+                f"unknown key `{where}` in {origin}",
+                f"did you mean `{path}{close[0]}`?" if close else "remove it",
+            )
+        nested = fields[key]
+        if (
+            isinstance(value, dict)
+            and isinstance(nested, type)
+            and issubclass(nested, msgspec.Struct)
+        ):
+            _reject_unknown_keys(value, nested, origin, f"{where}.")

@@ -1,0 +1,1 @@
+"""Where and when to step: nominal gait, DCM plan, step adaptation, swing foot."""

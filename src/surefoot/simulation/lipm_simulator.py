@@ -1,0 +1,192 @@
+"""The point mass on two feet, moved exactly: the world of the LIPM.
+
+A cycle ends after one control period, or at the exact instant of touchdown if that comes first;
+the control clock restarts there, so every step is sampled alike. Pushes begin and end at their
+exact instants inside a cycle.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from surefoot.errors import check_number
+from surefoot.models.interfaces import OBSERVATION, Command, Observation
+from surefoot.models.lipm import com_flow, pushed_pivot
+from surefoot.models.pushes import Push, force_until_change, push_records
+from surefoot.models.record import new_array
+from surefoot.models.robot import Robot
+
+FALL_DISTANCE = 1.5
+"""A robot whose DCM is further from its support foot than this has fallen [m]."""
+
+LIPM_PARAMETERS = np.dtype(
+    [
+        ("omega", "f8"),
+        ("mass", "f8"),
+        ("period", "f8"),
+        ("max_speed", "f8"),
+    ],
+    align=True,
+)
+
+LIPM_WORLD = np.dtype(
+    [
+        ("observation", OBSERVATION),
+        ("step_start", "f8"),
+        ("cycle", "i8"),
+        ("steps", "i8"),
+        ("fallen", "i8"),
+    ],
+    align=True,
+)
+"""The state of the world: what can be observed, when the step began [s], cycles since then, steps
+finished, and whether it has fallen."""
+
+
+@njit(cache=True)
+def _move_com(parameters, zmp, pushes, start, end, observation):
+    """Move CoM and DCM from `start` to `end` about a constant ZMP, exactly, push by push."""
+    omega = parameters.omega
+    time = start
+    while time < end:
+        force_x, force_y, until = force_until_change(pushes, time, end)
+        for i in range(2):
+            force = force_x if i == 0 else force_y
+            pivot = pushed_pivot(zmp[i], force, parameters.mass, omega)
+            observation.com[i], observation.com_velocity[i] = com_flow(
+                observation.com[i], observation.com_velocity[i], pivot, omega, until - time
+            )
+        time = until
+    for i in range(2):
+        observation.dcm[i] = observation.com[i] + observation.com_velocity[i] / omega
+
+
+@njit(cache=True)
+def _move_foot(parameters, command, duration, observation):
+    """Move the swing foot to where the command wants it, no faster than the leg can."""
+    away_x = command.swing_foot[0] - observation.swing_foot[0]
+    away_y = command.swing_foot[1] - observation.swing_foot[1]
+    distance, reach = math.hypot(away_x, away_y), parameters.max_speed * duration
+    if distance > reach:
+        observation.swing_foot[0] += away_x * reach / distance
+        observation.swing_foot[1] += away_y * reach / distance
+        observation.swing_foot_velocity[0] = parameters.max_speed * away_x / distance
+        observation.swing_foot_velocity[1] = parameters.max_speed * away_y / distance
+    else:
+        for i in range(2):
+            observation.swing_foot[i] = command.swing_foot[i]
+            observation.swing_foot_velocity[i] = command.swing_foot_velocity[i]
+    observation.swing_foot[2] = command.swing_foot[2]
+    observation.swing_foot_velocity[2] = command.swing_foot_velocity[2]
+
+
+@njit(cache=True)
+def _touch_down(observation):
+    """The swing foot becomes the support foot, where it is; the other one leaves the ground."""
+    for i in range(2):
+        landed = observation.swing_foot[i]
+        observation.swing_foot[i] = observation.support_foot[i]
+        observation.support_foot[i] = landed
+    observation.swing_foot[2] = 0.0
+    for i in range(3):
+        observation.swing_foot_velocity[i] = 0.0
+    observation.support_side = -observation.support_side
+    observation.elapsed = 0.0
+
+
+@njit(cache=True)
+def lipm_cycle(parameters, world, command, pushes, next_world):
+    """One cycle of the world over records.
+
+    Args:
+        parameters: a `LIPM_PARAMETERS` record.
+        world: a `LIPM_WORLD` record, not changed.
+        command: a `COMMAND` record.
+        pushes: array of `PUSH` records.
+        next_world: a `LIPM_WORLD` record, written.
+    """
+    next_world.observation = world.observation
+    next_world.step_start, next_world.steps = world.step_start, world.steps
+    observation = next_world.observation
+    elapsed = observation.elapsed
+    end = (world.cycle + 1) * parameters.period
+    # The foot cannot land in the cycle in which it leaves the ground, whatever is commanded.
+    landing = max(command.step_duration, elapsed, parameters.period)
+    touchdown = landing <= end
+    if touchdown:
+        end = landing
+    start_time, end_time = observation.time, world.step_start + end
+    _move_com(parameters, command.zmp, pushes, start_time, end_time, observation)
+    _move_foot(parameters, command, end - elapsed, observation)
+    observation.time, observation.elapsed = end_time, end
+    next_world.cycle = world.cycle + 1
+    if touchdown:
+        _touch_down(observation)
+        next_world.step_start, next_world.cycle = end_time, 0
+        next_world.steps += 1
+    distance = math.hypot(
+        observation.dcm[0] - observation.support_foot[0],
+        observation.dcm[1] - observation.support_foot[1],
+    )
+    next_world.fallen = 1 if distance > FALL_DISTANCE else 0
+
+
+@njit(cache=True)
+def _lipm_step(parameters, world, command, pushes, next_world):
+    lipm_cycle(parameters[0], world[0], command[0], pushes, next_world[0])
+
+
+@dataclass(frozen=True)
+class LipmSimulator:
+    """Moves the linear inverted pendulum under commands and pushes.
+
+    Args:
+        robot: mass, height and leg speed of the plant; it may differ from the controller's.
+        period: control period [s].
+        pushes: forces on the CoM.
+
+    Raises:
+        ParameterError: the period is not positive.
+    """
+
+    robot: Robot
+    period: float = 0.001
+    pushes: Sequence[Push] = ()
+    parameters: NDArray[np.void] = field(init=False, repr=False, compare=False)
+    push_array: NDArray[np.void] = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        check_number("period", self.period, 0.0, "s", above=True)
+        parameters = new_array(LIPM_PARAMETERS)
+        parameters["omega"], parameters["mass"] = self.robot.omega, self.robot.mass
+        parameters["period"], parameters["max_speed"] = self.period, self.robot.swing.max_speed
+        object.__setattr__(self, "pushes", tuple(self.pushes))
+        object.__setattr__(self, "parameters", parameters)
+        object.__setattr__(self, "push_array", push_records(self.pushes))
+
+    @property
+    def kernel(self) -> Callable[..., None]:
+        """The compiled cycle over records."""
+        return lipm_cycle
+
+    def start(self, observation: Observation) -> NDArray[np.void]:
+        """The world that looks like this observation."""
+        world = new_array(LIPM_WORLD)
+        world["observation"] = observation.array
+        world["step_start"] = observation.time - observation.elapsed
+        world["cycle"] = round(observation.elapsed / self.period)
+        return world
+
+    def step(
+        self, world: NDArray[np.void], command: Command
+    ) -> tuple[Observation, NDArray[np.void]]:
+        """Move the world by one cycle: what is observed then, and the world then."""
+        next_world = new_array(LIPM_WORLD)
+        _lipm_step(self.parameters, world, command.array, self.push_array, next_world)
+        return Observation.of(next_world["observation"]), next_world

@@ -1,0 +1,324 @@
+"""What happened in a walk: every cycle, every step, the outcome and its evidence."""
+
+from __future__ import annotations
+
+import json
+import zipfile
+from dataclasses import dataclass, field
+from functools import cached_property
+from importlib.metadata import entry_points
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from surefoot.errors import FileError, MissingExtraError, SurefootError
+from surefoot.models.footsteps import Footstep, Side
+from surefoot.models.interfaces import COMMAND, OBSERVATION, Mode
+from surefoot.models.pushes import Push
+from surefoot.models.robot import Robot
+from surefoot.models.viability import viable_offsets
+from surefoot.simulation.outcome import (
+    MONITOR,
+    Fall,
+    Outcome,
+    is_settled,
+    mean_velocity,
+    watch_all,
+)
+
+FORMAT = 1
+"""Version of the file layout; a reader refuses what it does not know."""
+
+
+@dataclass(frozen=True)
+class Rollout:
+    """A finished walk; arrays are time-first, SI, world frame.
+
+    Attributes:
+        robot: the plant.
+        controller: name of the controller's class.
+        controller_parameters: its parameters, as text.
+        velocities: (time, (v_x, v_y)) of every velocity command, the first at time 0 [s, m/s].
+        pushes: forces on the CoM.
+        fallen: whether the run ended with a fall.
+        observations: what the controller saw, one `OBSERVATION` record a cycle.
+        commands: what it answered, one `COMMAND` record a cycle; the last one was not carried out.
+        decision_time: how long each answer took, wall clock [s]; not part of a comparison.
+        version: of Surefoot.
+    """
+
+    robot: Robot
+    controller: str
+    controller_parameters: str
+    velocities: tuple[tuple[float, tuple[float, float]], ...]
+    pushes: tuple[Push, ...]
+    fallen: bool
+    observations: NDArray[np.void] = field(repr=False)
+    commands: NDArray[np.void] = field(repr=False)
+    decision_time: NDArray[np.float64] = field(repr=False, compare=False)
+    version: str = ""
+
+    @property
+    def time(self) -> NDArray[np.float64]:
+        """Instants of the cycles, shape (n,) [s]; touchdowns are among them."""
+        return self.observations["time"]
+
+    @property
+    def com(self) -> NDArray[np.float64]:
+        """Centre of mass, shape (n, 2) [m]."""
+        return self.observations["com"]
+
+    @property
+    def com_velocity(self) -> NDArray[np.float64]:
+        """Its velocity, shape (n, 2) [m/s]."""
+        return self.observations["com_velocity"]
+
+    @property
+    def dcm(self) -> NDArray[np.float64]:
+        """Divergent component of motion, shape (n, 2) [m]."""
+        return self.observations["dcm"]
+
+    @property
+    def dcm_plan(self) -> NDArray[np.float64]:
+        """DCM of the plan, shape (n, 2) [m]."""
+        return self.commands["dcm_plan"]
+
+    @property
+    def dcm_error(self) -> NDArray[np.float64]:
+        """dcm - dcm_plan, shape (n, 2) [m]."""
+        return self.dcm - self.dcm_plan
+
+    @property
+    def zmp(self) -> NDArray[np.float64]:
+        """Zero-moment point, shape (n, 2) [m]."""
+        return self.commands["zmp"]
+
+    @property
+    def support_foot(self) -> NDArray[np.float64]:
+        """Centre of the sole on the ground, shape (n, 2) [m]."""
+        return self.observations["support_foot"]
+
+    @property
+    def support_side(self) -> NDArray[np.int64]:
+        """The foot on the ground, a `Side`, shape (n,)."""
+        return self.observations["support_side"]
+
+    @property
+    def swing_foot(self) -> NDArray[np.float64]:
+        """Centre of the sole in the air, shape (n, 3) [m]."""
+        return self.observations["swing_foot"]
+
+    @property
+    def adapting(self) -> NDArray[np.bool_]:
+        """Whether the step was being decided anew, shape (n,)."""
+        return self.commands["mode"] == Mode.ADAPTING
+
+    @property
+    def zmp_excess(self) -> NDArray[np.float64]:
+        """How far the ZMP lies outside the sole, 0 inside, shape (n,) [m]."""
+        outside = np.abs(self.zmp - self.support_foot) - self.robot.foot.half
+        # A ZMP projected onto the edge differs from it by the rounding of the world coordinates.
+        return np.hypot(*np.where(outside > 1e-12, outside, 0.0).T)
+
+    @property
+    def velocity(self) -> tuple[float, float]:
+        """The velocity that was commanded last (x, y) [m/s]."""
+        return self.velocities[-1][1]
+
+    @cached_property
+    def footsteps(self) -> tuple[Footstep, ...]:
+        """The finished steps."""
+        side = self.support_side
+        touchdowns = np.flatnonzero(side[1:] != side[:-1]) + 1
+        starts = np.concatenate(([0], touchdowns[:-1])) if len(touchdowns) else touchdowns
+        steps = []
+        for index, (first, last) in enumerate(zip(starts, touchdowns, strict=True)):
+            landing = self.support_foot[last]
+            start = self.time[first] - self.observations["elapsed"][first]
+            steps.append(
+                Footstep(
+                    index=index,
+                    side=Side(int(side[first])),
+                    support_foot=_pair(self.support_foot[first]),
+                    start=float(start),
+                    duration=float(self.time[last] - start),
+                    landing=_pair(landing),
+                    dcm_offset=_pair(self.dcm[last] - landing),
+                    adapted=bool(self.adapting[first:last].any()),
+                )
+            )
+        return tuple(steps)
+
+    @cached_property
+    def _monitor(self) -> NDArray[np.void]:
+        monitor = np.zeros(1, MONITOR)
+        watch_all(monitor, self.observations, self.commands)
+        return monitor
+
+    @property
+    def final_velocity(self) -> tuple[float, float]:
+        """Mean velocity over the last two finished steps, NaN before there are two (x, y) [m/s]."""
+        return _pair(mean_velocity(self._monitor[0]))
+
+    @cached_property
+    def outcome(self) -> Outcome:
+        """How the walk ended."""
+        if self.fallen:
+            return Outcome.FELL
+        if not is_settled(self._monitor[0], *self.velocity):
+            return Outcome.UNSETTLED
+        pushed = any(push.start < self.time[-1] for push in self.pushes)
+        return Outcome.RECOVERED if pushed else Outcome.WALKED
+
+    @cached_property
+    def fall(self) -> Fall | None:
+        """The evidence, if it fell; viability is that of a finite foot and an unlimited leg."""
+        if not self.fallen:
+            return None
+        lost = viable = None
+        for step in self.footsteps:
+            margin = viable_offsets(self.robot, step.side, self.robot.foot.half).margin(
+                step.dcm_offset
+            )
+            if margin < 0.0:
+                lost = (step, margin)
+                break
+            viable = (step, margin)
+        away = self.dcm[-1] - self.support_foot[-1]
+        return Fall(
+            time=float(self.time[-1]),
+            distance=float(np.hypot(*away)),
+            last_viable_time=viable[0].start + viable[0].duration if viable else None,
+            last_margin=viable[1] if viable else None,
+            lost_time=lost[0].start + lost[0].duration if lost else None,
+            lost_margin=lost[1] if lost else None,
+            limit=_direction(away),
+        )
+
+    def plot(self, path: str | Path) -> None:
+        """Draw the walk: top view, and x and y over time.
+
+        The picture comes from the viewer that is registered as "walk" in the entry-point group
+        "surefoot.figures".
+
+        Args:
+            path: file to write; its ending names the format (.png, .pdf, .svg).
+
+        Raises:
+            MissingExtraError: the extra `plot` is not installed.
+            FileError: the file cannot be written.
+        """
+        (figure,) = entry_points(group="surefoot.figures", name="walk")
+        try:
+            draw = figure.load()
+        except ModuleNotFoundError as error:
+            if error.name != "matplotlib":
+                raise
+            raise MissingExtraError("pictures", "plot") from error
+        draw(self, Path(path))
+
+    def save(self, path: str | Path) -> None:
+        """Write everything to a NumPy archive.
+
+        Args:
+            path: file to write, ending in .npz.
+
+        Raises:
+            FileError: another ending, or the file cannot be written.
+        """
+        path = Path(path)
+        if path.suffix != ".npz":
+            raise FileError("a path ending in .npz", str(path), "rename the file")
+        about = {
+            "format": FORMAT,
+            "version": self.version,
+            "robot": msgspec.to_builtins(self.robot),
+            "controller": self.controller,
+            "controller_parameters": self.controller_parameters,
+            "velocities": self.velocities,
+            "pushes": [(push.start, push.duration, push.force) for push in self.pushes],
+            "fallen": self.fallen,
+        }
+        try:
+            np.savez_compressed(
+                path,
+                about=np.array(json.dumps(about)),
+                observations=self.observations,
+                commands=self.commands,
+                decision_time=self.decision_time,
+            )
+        except OSError as error:
+            raise FileError(
+                "a file that can be written", f"{path}: {error}", "choose another place"
+            ) from error
+
+
+def load_rollout(path: str | Path) -> Rollout:
+    """Read a rollout that `Rollout.save` wrote.
+
+    Args:
+        path: the .npz file.
+
+    Raises:
+        FileError: there is no such file, it is cut short or damaged, or another version wrote it.
+    """
+    path = Path(path)
+    try:
+        with np.load(path, allow_pickle=False) as archive:
+            about = json.loads(str(archive["about"]))
+            arrays = {name: archive[name] for name in ("observations", "commands", "decision_time")}
+    except (OSError, zipfile.BadZipFile, EOFError, KeyError, ValueError) as error:
+        raise FileError(
+            "a rollout that Rollout.save wrote",
+            f"{path}: {error}",
+            "the file may be cut short: run the walk again with --save",
+        ) from error
+    if not isinstance(about, dict) or about.get("format") != FORMAT:
+        found = about.get("format") if isinstance(about, dict) else about
+        raise FileError(
+            f"a rollout of format {FORMAT}",
+            f"{path} with format {found!r}",
+            "read it with the version of Surefoot that wrote it",
+        )
+    if arrays["observations"].dtype != OBSERVATION or arrays["commands"].dtype != COMMAND:
+        raise FileError(
+            "the records of this version of Surefoot",
+            f"{path}, written by version {about.get('version')!r}",
+            "read it with that version",
+        )
+    try:
+        return _from_parts(about, arrays)
+    except (KeyError, TypeError, ValueError, msgspec.ValidationError, SurefootError) as error:
+        raise FileError(
+            "a complete description of the walk", f"{path}: {error!r}", "run the walk again"
+        ) from error
+
+
+def _from_parts(about: dict[str, Any], arrays: dict[str, NDArray[Any]]) -> Rollout:
+    return Rollout(
+        robot=msgspec.convert(about["robot"], Robot),
+        controller=about["controller"],
+        controller_parameters=about["controller_parameters"],
+        velocities=tuple((float(time), _pair(v)) for time, v in about["velocities"]),
+        pushes=tuple(
+            Push(start, duration, _pair(force)) for start, duration, force in about["pushes"]
+        ),
+        fallen=bool(about["fallen"]),
+        version=about["version"],
+        **arrays,
+    )
+
+
+def _pair(values: Any) -> tuple[float, float]:
+    x, y = values
+    return float(x), float(y)
+
+
+def _direction(away: NDArray[np.float64]) -> str:
+    """The name of the dominant direction of a vector."""
+    if abs(away[0]) >= abs(away[1]):
+        return "forward" if away[0] > 0.0 else "backward"
+    return "left" if away[1] > 0.0 else "right"

@@ -1,0 +1,124 @@
+"""How much push a controller survives: the smallest impulse that fails.
+
+Scanned upwards, never bisected: survival is not monotone in the impulse, and what counts is that
+every smaller push is survived.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from surefoot.errors import ParameterError, check_number
+from surefoot.models.footsteps import Side
+from surefoot.models.interfaces import Controller
+from surefoot.models.pushes import Push
+from surefoot.simulation.batch import simulate_batch
+
+RECOVERY_TIME = 8.0
+"""A robot that is not back on the nominal gait this long after the push has not recovered [s]."""
+
+
+@dataclass(frozen=True)
+class PushLimit:
+    """The smallest failing impulse in one direction.
+
+    Attributes:
+        direction: unit vector of the push (x, y).
+        impulse: the smallest that fails, inf if none up to `scanned` does [N s].
+        delta_v: impulse / mass [m/s].
+        fell: whether it fell there; otherwise it kept walking without settling.
+        scanned: the largest impulse that was tried [N s].
+        step: distance between neighbouring impulses [N s].
+    """
+
+    direction: tuple[float, float]
+    impulse: float
+    delta_v: float
+    fell: bool
+    scanned: float
+    step: float
+
+
+def smallest_failing_push(
+    controller: Controller,
+    direction: tuple[float, float],
+    *,
+    start: float = 1.1,
+    duration: float = 0.2,
+    step: float = 1.0,
+    largest: float = 400.0,
+    first_support: Side = Side.RIGHT,
+    workers: int | None = None,
+) -> PushLimit:
+    """Scan the impulse upwards from zero until the robot does not recover.
+
+    Recovered: it never falls, and within 8 s after the push it is settled on the nominal gait (see
+    `simulation.outcome`).
+
+    Args:
+        controller: what decides; it must have a compiled kernel.
+        direction: of the push (x, y), of any length but zero.
+        start: when the push begins [s].
+        duration: how long it lasts [s].
+        step: distance between neighbouring impulses [N s].
+        largest: where the scan gives up [N s].
+        first_support: the foot that stands in the first step.
+        workers: threads, all cores if None.
+
+    Returns:
+        The limit.
+
+    Raises:
+        ParameterError: the direction is zero, or a number is not positive.
+    """
+    length = math.hypot(*direction)
+    if not (math.isfinite(length) and length > 0.0):
+        raise ParameterError(
+            "a direction (x, y) of some length", repr(direction), "write (1.0, 0.0) for forward"
+        )
+    for name, value, unit in (
+        ("duration", duration, "s"), ("step", step, "N s"), ("largest", largest, "N s"),
+    ):  # fmt: skip
+        check_number(name, value, 0.0, unit, above=True)
+    unit_vector = (direction[0] / length, direction[1] / length)
+    mass = controller.robot.mass
+    impulses = step * np.arange(1, math.floor(largest / step) + 1)
+    # In portions, so that a scan ends soon after the first failure.
+    for portion in np.array_split(impulses, math.ceil(len(impulses) / 64)):
+        results = _push_all(
+            controller, portion, unit_vector, start, duration, first_support, workers
+        )
+        failed = np.flatnonzero(~results["settled"])
+        if len(failed):
+            impulse = float(portion[failed[0]])
+            fell = bool(results["fallen"][failed[0]])
+            return PushLimit(unit_vector, impulse, impulse / mass, fell, impulse, step)
+    return PushLimit(unit_vector, math.inf, math.inf, False, float(impulses[-1]), step)
+
+
+def _push_all(
+    controller: Controller,
+    impulses: Sequence[float] | NDArray[np.float64],
+    direction: tuple[float, float],
+    start: float,
+    duration: float,
+    first_support: Side,
+    workers: int | None,
+) -> NDArray[np.void]:
+    forces = np.asarray(impulses) / duration
+    pushes = [
+        [Push(start, duration, (float(force * direction[0]), float(force * direction[1])))]
+        for force in forces
+    ]
+    return simulate_batch(
+        controller,
+        pushes,
+        start + duration + RECOVERY_TIME,
+        first_support=first_support,
+        workers=workers,
+    )
