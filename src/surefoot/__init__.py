@@ -8,7 +8,7 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from surefoot.version import VERSION as __version__
+from surefoot import version
 
 if TYPE_CHECKING:
     from surefoot.control.dcm_tracking import DcmTracking
@@ -34,6 +34,8 @@ if TYPE_CHECKING:
     from surefoot.simulation.rollout import Rollout, load_rollout
     from surefoot.simulation.simulate import simulate
     from surefoot.studies.push_recovery import PushLimit, smallest_failing_push
+
+__version__ = version.VERSION
 
 _HOMES = {
     "control.dcm_tracking": ("DcmTracking",),

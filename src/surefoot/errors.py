@@ -5,8 +5,6 @@ A fall is not an error: it is the outcome of a rollout. Inside a control cycle n
 
 from __future__ import annotations
 
-import math
-
 
 class SurefootError(Exception):
     """A mistake of the caller, told as what was expected, what came, and what to do.
@@ -47,39 +45,3 @@ class MissingExtraError(SurefootError, ImportError):
             "an installation without it",
             f'run: pip install "surefoot[{extra}]"',
         )
-
-
-def check_number(name: str, value: float, least: float, unit: str, *, above: bool = False) -> None:
-    """Refuse a parameter that is no number, NaN, or too small; infinity is allowed.
-
-    Args:
-        name: what the caller calls it.
-        value: what the caller gave.
-        least: smallest value allowed.
-        unit: of the value, for the message.
-        above: whether `least` itself is refused too.
-
-    Raises:
-        ParameterError: the value is not allowed.
-    """
-    good = isinstance(value, (int, float)) and not math.isnan(value)
-    if not good or value < least or (above and value == least):
-        raise ParameterError(
-            f"`{name}` {'above' if above else 'of at least'} {least:g} [{unit}]",
-            repr(value),
-            "leave it out for the default",
-        )
-
-
-def check_pair(name: str, value: tuple[float, float], least: float, unit: str) -> None:
-    """Refuse a parameter that is no pair (x, y) of numbers of at least `least`.
-
-    Raises:
-        ParameterError: the value is not allowed.
-    """
-    if not isinstance(value, tuple) or len(value) != 2:
-        raise ParameterError(
-            f"`{name}` as a pair (x, y) [{unit}]", repr(value), "write for example (1.0, 1.0)"
-        )
-    for component in value:
-        check_number(name, component, least, unit)

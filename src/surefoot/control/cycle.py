@@ -1,4 +1,4 @@
-"""What every controller does in a cycle, whatever it decides: check, remember, move the swing foot."""
+"""What every controller does in a cycle, whatever it decides: check what it sees, move the foot."""
 
 from __future__ import annotations
 
@@ -17,7 +17,6 @@ SWING = np.dtype(
         ("max_speed", "f8"),
         ("period", "f8"),
     ],
-    align=True,
 )
 """Parameters of the swing foot: apex [m], downward speed at touchdown [m/s], speed limit [m/s],
 control period [s]."""

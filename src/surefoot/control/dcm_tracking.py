@@ -16,8 +16,9 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from surefoot.checks import check_number
 from surefoot.control.cycle import SWING, command_swing, is_finite, side_index
-from surefoot.errors import ParameterError, check_number
+from surefoot.errors import ParameterError
 from surefoot.models.footsteps import Side
 from surefoot.models.interfaces import COMMAND, Command, Mode, Observation, Status
 from surefoot.models.record import new_array
@@ -39,7 +40,6 @@ TRACKING = np.dtype(
         ("step_max", "f8", (2, 2)),
         ("swing", SWING),
     ],
-    align=True,
 )
 """Parameters of tracking; the first index of a table is the support side, see `side_index`."""
 
@@ -52,12 +52,11 @@ PLAN = np.dtype(
         ("support_side", "i8"),
         ("adapting", "i8"),
     ],
-    align=True,
 )
 """What is remembered of the step under way: planned DCM relative to the support foot at its start
 and to the landing foot at its end [m], its planned duration [s], the lift of the swing foot."""
 
-TRACKING_STATE = np.dtype([("plan", PLAN), ("command", COMMAND)], align=True)
+TRACKING_STATE = np.dtype([("plan", PLAN), ("command", COMMAND)])
 
 _TRACKING_MODE = int(Mode.TRACKING)
 _ZMP_AT_EDGE = int(Status.ZMP_AT_EDGE)
@@ -236,6 +235,10 @@ class DcmTracking:
             self.robot, gait, self.dcm_gain, self.project_zmp, self.period
         )
         object.__setattr__(self, "parameters", parameters)
+        if not _tracking_step.signatures:
+            # Compile, or load from the cache, now rather than in the first control cycle.
+            observation = gait.observation(Side.RIGHT)
+            self.step(self.start(observation), observation)
 
     @property
     def kernel(self) -> Callable[..., None]:

@@ -17,6 +17,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from surefoot.checks import check_number, check_pair
 from surefoot.control.cycle import command_swing, is_finite, side_index
 from surefoot.control.dcm_tracking import (
     DEFAULT_DCM_GAIN,
@@ -30,7 +31,6 @@ from surefoot.control.dcm_tracking import (
     tracking_error,
     tracking_parameters,
 )
-from surefoot.errors import check_number, check_pair
 from surefoot.models.footsteps import Side
 from surefoot.models.interfaces import COMMAND, Command, Mode, Observation
 from surefoot.models.record import new_array
@@ -43,14 +43,10 @@ from surefoot.planning.step_adaptation import (
     solve_step_record,
 )
 
-HYBRID = np.dtype(
-    [("tracking", TRACKING), ("threshold", "f8"), ("problem", STEP_PROBLEM, (2,))], align=True
-)
+HYBRID = np.dtype([("tracking", TRACKING), ("threshold", "f8"), ("problem", STEP_PROBLEM, (2,))])
 """Parameters: of tracking, the threshold [m], and the step problem of each support side."""
 
-HYBRID_STATE = np.dtype(
-    [("plan", PLAN), ("solution", STEP_SOLUTION), ("command", COMMAND)], align=True
-)
+HYBRID_STATE = np.dtype([("plan", PLAN), ("solution", STEP_SOLUTION), ("command", COMMAND)])
 
 _ADAPTING = int(Mode.ADAPTING)
 
@@ -165,6 +161,10 @@ class HybridController:
         for side in Side:
             parameters["problem"][0, side_index.py_func(side)] = self.step_problem(side).array[0]
         object.__setattr__(self, "parameters", parameters)
+        if not _hybrid_step.signatures:
+            # Compile, or load from the cache, now rather than in the first control cycle.
+            observation = gait.observation(Side.RIGHT)
+            self.step(self.start(observation), observation)
 
     def step_problem(
         self,

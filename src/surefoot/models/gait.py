@@ -26,7 +26,7 @@ class GaitLimits(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_onl
     Attributes:
         step_duration: T_min, T_max [s].
         step_x: X_min, X_max, forward positive [m].
-        step_y: how far the step may go inward (negative) and outward (positive) of the hip width [m].
+        step_y: how far inward (negative) and outward (positive) of the hip width it may go [m].
         dcm_offset: soft bounds on |d_x| and |d_y| [m].
 
     Raises:

@@ -29,7 +29,6 @@ OBSERVATION = np.dtype(
         ("swing_foot_velocity", "f8", (3,)),
         ("support_side", "i8"),
     ],
-    align=True,
 )
 
 COMMAND = np.dtype(
@@ -45,7 +44,6 @@ COMMAND = np.dtype(
         ("mode", "i8"),
         ("status", "i8"),
     ],
-    align=True,
 )
 
 

@@ -2,7 +2,7 @@
 
     com'' = omega^2 (com - zmp) + F / m,      dcm = com + com' / omega
 
-Eqs. (3)-(7) of [OnlineGait]; the push enters as a shift of the pivot (MATHS: section "Dynamics" of docs/notation.md).
+Eqs. (3)-(7) of [OnlineGait]; a push acts like a shift of the ZMP, see `pushed_pivot`.
 """
 
 from __future__ import annotations

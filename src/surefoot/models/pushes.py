@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from surefoot.errors import ParameterError
 
-PUSH = np.dtype([("start", "f8"), ("end", "f8"), ("force", "f8", (2,))], align=True)
+PUSH = np.dtype([("start", "f8"), ("end", "f8"), ("force", "f8", (2,))])
 """One push as a record: start and end [s], force (x, y) [N]."""
 
 
@@ -26,7 +26,7 @@ class Push:
         force: (x, y) [N], x forward, y to the left.
 
     Raises:
-        ParameterError: a value is not finite, the duration is not positive, or the force is not a pair.
+        ParameterError: a value is not finite, the duration not positive, or the force no pair.
     """
 
     start: float
@@ -36,24 +36,22 @@ class Push:
     def __post_init__(self) -> None:
         try:
             start, duration = float(self.start), float(self.duration)
-            force = tuple(float(component) for component in self.force)
-        except (TypeError, ValueError):
-            force = ()
-        if len(force) != 2:
+            force_x, force_y = (float(component) for component in self.force)
+        except (TypeError, ValueError) as error:
             raise ParameterError(
                 "numbers for start and duration [s] and a pair (x, y) for force [N]",
                 f"start={self.start!r}, duration={self.duration!r}, force={self.force!r}",
                 "write for example Push(start=1.1, duration=0.2, force=(176.0, 0.0))",
-            )
-        if not (math.isfinite(start) and all(map(math.isfinite, force)) and duration > 0.0):
+            ) from error
+        if not (all(map(math.isfinite, (start, force_x, force_y))) and duration > 0.0):
             raise ParameterError(
                 "a finite start and force and a positive duration",
-                f"start={start}, duration={duration}, force={force}",
+                f"start={start}, duration={duration}, force={(force_x, force_y)}",
                 "leave the push out if there is none",
             )
         object.__setattr__(self, "start", start)
         object.__setattr__(self, "duration", duration)
-        object.__setattr__(self, "force", force)
+        object.__setattr__(self, "force", (force_x, force_y))
 
     @property
     def end(self) -> float:

@@ -158,16 +158,22 @@ def load_robot(name_or_path: str | Path) -> Robot:
     """
     if str(name_or_path).endswith(".toml"):
         return _read_file(Path(name_or_path))
-    if str(name_or_path) in preset_names():
-        text = (resources.files("surefoot.models") / "robots" / f"{name_or_path}.toml").read_text(
-            encoding="utf-8"
+    return parse_robot(preset_text(str(name_or_path)), str(name_or_path))
+
+
+def preset_text(name: str) -> str:
+    """The TOML file of a preset, to start one's own from.
+
+    Raises:
+        RobotError: there is no such preset.
+    """
+    if name not in preset_names():
+        raise RobotError(
+            f"a preset ({', '.join(preset_names())}) or a path ending in .toml",
+            repr(name),
+            "run `surefoot robots` to see the presets",
         )
-        return parse_robot(text, str(name_or_path))
-    raise RobotError(
-        f"a preset ({', '.join(preset_names())}) or a path ending in .toml",
-        repr(str(name_or_path)),
-        "run `surefoot robots` to see the presets",
-    )
+    return (resources.files("surefoot.models") / "robots" / f"{name}.toml").read_text("utf-8")
 
 
 def _read_file(path: Path) -> Robot:

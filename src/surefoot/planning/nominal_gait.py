@@ -128,8 +128,9 @@ def nominal_gait(
     shortest, longest = robot.gait.step_duration
     upper = min(longest, _duration_for_reach(robot, v_x, v_y))
     if upper < shortest:
+        limit = _floor(largest_speed(robot, (v_x, v_y)))
         raise VelocityError(
-            f"at most {_floor(largest_speed(robot, (v_x, v_y)))} m/s in the direction of ({v_x}, {v_y})",
+            f"at most {limit} m/s in the direction of ({v_x}, {v_y})",
             f"{math.hypot(v_x, v_y):.4g} m/s",
             f"slow down, or widen step_x, step_y or step_duration of robot '{robot.name}'",
         )

@@ -29,7 +29,7 @@ NEWTON_STEPS = 4
 """Newton's method rarely needs more than two or three evaluations; then the kinks are bisected."""
 
 MAX_ITERATIONS = NEWTON_STEPS + 8 + 2
-"""No solve evaluates the derivative more often: Newton, the eight kinks, and the last piece twice."""
+"""No solve evaluates the derivative more often: Newton, eight kinks, and the last piece twice."""
 
 VIOLATION_TOLERANCE = 1e-6
 """A larger violation of the soft offset bounds is reported in the status [m]."""
@@ -54,7 +54,6 @@ STEP_PROBLEM = np.dtype(
         ("offset_weight", "f8", (2,)),
         ("offset_penalty", "f8"),
     ],
-    align=True,
 )
 
 STEP_SOLUTION = np.dtype(
@@ -67,7 +66,6 @@ STEP_SOLUTION = np.dtype(
         ("status", "i8"),
         ("iterations", "i8"),
     ],
-    align=True,
 )
 
 _OFFSET_VIOLATED = int(Status.OFFSET_VIOLATED)
@@ -94,7 +92,7 @@ class StepProblem(Record):
     An empty interval is not an error: see `solve_step` for its answer.
 
     Raises:
-        ParameterError: a value is missing its second component, not finite, or a weight is negative.
+        ParameterError: a value is no pair where it should be, not finite, or a negative weight.
     """
 
     __slots__ = ()

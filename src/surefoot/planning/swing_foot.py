@@ -1,4 +1,4 @@
-"""The foot in the air, re-planned every control cycle from where it is (Section III-C of [OnlineGait]).
+"""The foot in the air, re-planned every control cycle from where it is: III-C of [OnlineGait].
 
 x, y: the quintic in time that meets position, velocity and acceleration now, and rests at the
 landing. z: such a quintic plus a bump c h^3 (R - h)^3, h the time from now and R the time left,
@@ -56,7 +56,7 @@ def quintic(
 
 @njit(cache=True)
 def bump(lift: float, duration: float, time: float) -> tuple[float, float, float]:
-    """lift h^3 (R - h)^3 with h = time and R = duration; at rest, without acceleration, at both ends.
+    """lift h^3 (R - h)^3 with h = time, R = duration: no velocity or acceleration at both ends.
 
     Args:
         lift: coefficient [m/s^6].

@@ -33,7 +33,6 @@ WALK_RESULT = np.dtype(
         ("settled", "?"),
         ("final", OBSERVATION),
     ],
-    align=True,
 )
 """One walk: when it ended [s], cycles, how, and the last observation."""
 

@@ -15,7 +15,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from surefoot.errors import check_number
+from surefoot.checks import check_number
 from surefoot.models.interfaces import OBSERVATION, Command, Observation
 from surefoot.models.lipm import com_flow, pushed_pivot
 from surefoot.models.pushes import Push, force_until_change, push_records
@@ -25,6 +25,9 @@ from surefoot.models.robot import Robot
 FALL_DISTANCE = 1.5
 """A robot whose DCM is further from its support foot than this has fallen [m]."""
 
+SLIVER = 1e-6
+"""Fraction of a period that is no cycle."""
+
 LIPM_PARAMETERS = np.dtype(
     [
         ("omega", "f8"),
@@ -32,7 +35,6 @@ LIPM_PARAMETERS = np.dtype(
         ("period", "f8"),
         ("max_speed", "f8"),
     ],
-    align=True,
 )
 
 LIPM_WORLD = np.dtype(
@@ -43,7 +45,6 @@ LIPM_WORLD = np.dtype(
         ("steps", "i8"),
         ("fallen", "i8"),
     ],
-    align=True,
 )
 """The state of the world: what can be observed, when the step began [s], cycles since then, steps
 finished, and whether it has fallen."""
@@ -118,7 +119,8 @@ def lipm_cycle(parameters, world, command, pushes, next_world):
     end = (world.cycle + 1) * parameters.period
     # The foot cannot land in the cycle in which it leaves the ground, whatever is commanded.
     landing = max(command.step_duration, elapsed, parameters.period)
-    touchdown = landing <= end
+    # A landing a rounding error after the end of the cycle is in it, not in a cycle of its own.
+    touchdown = landing <= end + SLIVER * parameters.period
     if touchdown:
         end = landing
     start_time, end_time = observation.time, world.step_start + end

@@ -31,10 +31,9 @@ MONITOR = np.dtype(
         ("touchdowns", "i8"),
         ("support_side", "i8"),
     ],
-    align=True,
 )
-"""What the rule remembers: time [s] and CoM [m] at the last touchdowns, the latest last; the largest
-DCM error of the step under way and of the last finished one [m]."""
+"""What the rule remembers: time [s] and CoM [m] at the last touchdowns, the latest last; the
+largest DCM error of the step under way and of the last finished one [m]."""
 
 
 class Outcome(Enum):

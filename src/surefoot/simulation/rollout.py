@@ -14,6 +14,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
+from surefoot.checks import check_writable
 from surefoot.errors import FileError, MissingExtraError, SurefootError
 from surefoot.models.footsteps import Footstep, Side
 from surefoot.models.interfaces import COMMAND, OBSERVATION, Mode
@@ -230,8 +231,7 @@ class Rollout:
             FileError: another ending, or the file cannot be written.
         """
         path = Path(path)
-        if path.suffix != ".npz":
-            raise FileError("a path ending in .npz", str(path), "rename the file")
+        check_writable(path, (".npz",))
         about = {
             "format": FORMAT,
             "version": self.version,
@@ -267,7 +267,8 @@ def load_rollout(path: str | Path) -> Rollout:
     """
     path = Path(path)
     try:
-        with np.load(path, allow_pickle=False) as archive:
+        # Opened here, since np.load leaves its file open when it fails.
+        with path.open("rb") as file, np.load(file, allow_pickle=False) as archive:
             about = json.loads(str(archive["about"]))
             arrays = {name: archive[name] for name in ("observations", "commands", "decision_time")}
     except (OSError, zipfile.BadZipFile, EOFError, KeyError, ValueError) as error:

@@ -8,7 +8,8 @@ from time import perf_counter_ns
 
 import numpy as np
 
-from surefoot.errors import ParameterError, check_number
+from surefoot.checks import check_number
+from surefoot.errors import ParameterError
 from surefoot.models.footsteps import Side
 from surefoot.models.interfaces import COMMAND, OBSERVATION, Controller
 from surefoot.models.pushes import Push

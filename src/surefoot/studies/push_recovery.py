@@ -7,13 +7,14 @@ every smaller push is survived.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from surefoot.errors import ParameterError, check_number
+from surefoot.checks import check_number
+from surefoot.errors import ParameterError
 from surefoot.models.footsteps import Side
 from surefoot.models.interfaces import Controller
 from surefoot.models.pushes import Push
@@ -87,7 +88,7 @@ def smallest_failing_push(
         check_number(name, value, 0.0, unit, above=True)
     unit_vector = (direction[0] / length, direction[1] / length)
     mass = controller.robot.mass
-    impulses = step * np.arange(1, math.floor(largest / step) + 1)
+    impulses: NDArray[np.float64] = step * np.arange(1.0, math.floor(largest / step) + 1)
     # In portions, so that a scan ends soon after the first failure.
     for portion in np.array_split(impulses, math.ceil(len(impulses) / 64)):
         results = _push_all(
@@ -103,17 +104,15 @@ def smallest_failing_push(
 
 def _push_all(
     controller: Controller,
-    impulses: Sequence[float] | NDArray[np.float64],
+    impulses: Iterable[float],
     direction: tuple[float, float],
     start: float,
     duration: float,
     first_support: Side,
     workers: int | None,
 ) -> NDArray[np.void]:
-    forces = np.asarray(impulses) / duration
     pushes = [
-        [Push(start, duration, (float(force * direction[0]), float(force * direction[1])))]
-        for force in forces
+        [Push(start, duration, _scaled(direction, impulse / duration))] for impulse in impulses
     ]
     return simulate_batch(
         controller,
@@ -122,3 +121,7 @@ def _push_all(
         first_support=first_support,
         workers=workers,
     )
+
+
+def _scaled(vector: tuple[float, float], factor: float) -> tuple[float, float]:
+    return (float(vector[0] * factor), float(vector[1] * factor))

@@ -1,0 +1,69 @@
+"""Refuse wrong arguments early, with a message that helps."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Sequence
+from pathlib import Path
+
+from surefoot.errors import FileError, ParameterError
+
+
+def check_number(name: str, value: float, least: float, unit: str, *, above: bool = False) -> None:
+    """Refuse a parameter that is no number, NaN, or too small; infinity is allowed.
+
+    Args:
+        name: what the caller calls it.
+        value: what the caller gave.
+        least: smallest value allowed.
+        unit: of the value, for the message.
+        above: whether `least` itself is refused too.
+
+    Raises:
+        ParameterError: the value is not allowed.
+    """
+    good = isinstance(value, (int, float)) and not math.isnan(value)
+    if not good or value < least or (above and value == least):
+        raise ParameterError(
+            f"`{name}` {'above' if above else 'of at least'} {least:g} [{unit}]",
+            repr(value),
+            "leave it out for the default",
+        )
+
+
+def check_pair(name: str, value: tuple[float, float], least: float, unit: str) -> None:
+    """Refuse a parameter that is no pair (x, y) of numbers of at least `least`.
+
+    Raises:
+        ParameterError: the value is not allowed.
+    """
+    if not isinstance(value, tuple) or len(value) != 2:
+        raise ParameterError(
+            f"`{name}` as a pair (x, y) [{unit}]", repr(value), "write for example (1.0, 1.0)"
+        )
+    for component in value:
+        check_number(name, component, least, unit)
+
+
+def check_writable(path: Path, suffixes: Sequence[str]) -> None:
+    """Refuse a file that could not be written, before the work whose result it is to hold.
+
+    Nothing is created and nothing is changed.
+
+    Args:
+        path: the file.
+        suffixes: the endings that are understood, each with its dot.
+
+    Raises:
+        FileError: another ending, no such directory, a directory of that name, or no permission.
+    """
+    if path.suffix.lower() not in suffixes:
+        raise FileError(f"a path ending in {', '.join(suffixes)}", str(path), "rename the file")
+    folder = path.parent
+    if not folder.is_dir():
+        raise FileError("a directory that exists", str(folder), "make it first, or choose another")
+    if path.is_dir():
+        raise FileError("a file", f"the directory {path}", "add a file name")
+    if not os.access(path if path.exists() else folder, os.W_OK):
+        raise FileError("a file that can be written", str(path), "choose another place")

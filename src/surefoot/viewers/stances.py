@@ -1,0 +1,136 @@
+"""A walk cut at its touchdowns: one foot on the ground after the other."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from surefoot.errors import SurefootError
+from surefoot.models.footsteps import Side
+from surefoot.models.interfaces import Mode
+from surefoot.models.pushes import Push
+from surefoot.planning.nominal_gait import NominalGait, nominal_gait
+from surefoot.simulation.rollout import Rollout
+
+
+@dataclass(frozen=True)
+class Stance:
+    """What happened while one foot stood.
+
+    Attributes:
+        number: of the step, from 1; the foot that it lands gets the same number.
+        side: foot on the ground.
+        support_foot: centre of its sole (x, y) [m].
+        samples: the cycles of the rollout that belong to it.
+        start: time of the touchdown that began it [s].
+        end: time of the next touchdown, or of the last cycle [s].
+        adapted: whether the step was decided online.
+        landing: where the swing foot landed (x, y), None if the run ended before [m].
+        gait: the nominal gait at its end, None if the plant cannot walk it.
+    """
+
+    number: int
+    side: Side
+    support_foot: tuple[float, float]
+    samples: slice
+    start: float
+    end: float
+    adapted: bool
+    landing: tuple[float, float] | None
+    gait: NominalGait | None
+
+    @property
+    def nominal_landing(self) -> tuple[float, float] | None:
+        """Where the nominal gait would have landed (x, y) [m]."""
+        if self.gait is None:
+            return None
+        step = self.gait.step(self.side)
+        return self.support_foot[0] + step[0], self.support_foot[1] + step[1]
+
+
+def stances(rollout: Rollout) -> list[Stance]:
+    """The finished steps and the one under way when the run ended, in order."""
+    side, time = rollout.support_side, rollout.time
+    cuts = [0, *(np.flatnonzero(side[1:] != side[:-1]) + 1).tolist(), len(time)]
+    parts = []
+    for index, (first, last) in enumerate(zip(cuts[:-1], cuts[1:], strict=True)):
+        finished = last < len(time)
+        foot = rollout.support_foot
+        parts.append(
+            Stance(
+                number=index + 1,
+                side=Side(int(side[first])),
+                support_foot=_pair(foot[first]),
+                samples=slice(first, last),
+                start=float(time[first]),
+                end=float(time[last] if finished else time[-1]),
+                adapted=bool(rollout.adapting[first:last].any()),
+                landing=_pair(foot[last]) if finished else None,
+                gait=gait_at(rollout, float(time[last - 1])),
+            )
+        )
+    return parts
+
+
+def gait_at(rollout: Rollout, time: float) -> NominalGait | None:
+    """The nominal gait for the velocity commanded at a time [s].
+
+    None if the plant cannot walk it, because the controller believes in another robot.
+    """
+    commanded = [velocity for start, velocity in rollout.velocities if start <= time]
+    velocity = commanded[-1] if commanded else rollout.velocities[0][1]
+    try:
+        return nominal_gait(rollout.robot, velocity, _fixed_duration(rollout))
+    except SurefootError:
+        return None
+
+
+def _fixed_duration(rollout: Rollout) -> float | None:
+    """T_nom if the controller was told one, else None [s].
+
+    A rollout does not say so, but its first cycle is on the nominal gait and has its duration.
+    """
+    command = rollout.commands[0]
+    decided = float(command["step_duration"])
+    chosen = nominal_gait(rollout.robot, rollout.velocities[0][1]).step_duration
+    return decided if command["mode"] == Mode.TRACKING and abs(decided - chosen) > 1e-3 else None
+
+
+def broken(values: NDArray[np.float64], parts: list[Stance]) -> NDArray[np.float64]:
+    """Samples with a row of NaN before every touchdown, so that no line is drawn across it.
+
+    Args:
+        values: one row for each cycle, shape (n,) or (n, m).
+        parts: the stances of the whole run.
+
+    Returns:
+        Shape (n + touchdowns, ...).
+    """
+    return np.insert(values, [part.samples.start for part in parts[1:]], np.nan, axis=0)
+
+
+def acting_pushes(rollout: Rollout) -> list[Push]:
+    """The pushes that act on the robot during the run, in the order in which they begin."""
+    first, last = rollout.time[0], rollout.time[-1]
+    acting = [push for push in rollout.pushes if push.start < last and push.end > first]
+    return sorted(acting, key=lambda push: push.start)
+
+
+def push_samples(rollout: Rollout, push: Push) -> slice:
+    """The cycles during which a push acts, with the one in which it begins."""
+    first = max(int(np.searchsorted(rollout.time, push.start, side="right")) - 1, 0)
+    return slice(first, int(np.searchsorted(rollout.time, push.end, side="right")))
+
+
+def push_opacity(rollout: Rollout, push: Push) -> float:
+    """How strongly to colour a push: a small or lasting one must not drown the others."""
+    forces = [np.hypot(*other.force) for other in acting_pushes(rollout)]
+    lasting = push.duration > 0.5 * (rollout.time[-1] - rollout.time[0])
+    strength = float(np.hypot(*push.force)) / max(*forces, 1e-9)
+    return 0.16 if lasting else 0.16 + 0.34 * strength
+
+
+def _pair(values: NDArray[np.float64]) -> tuple[float, float]:
+    return float(values[0]), float(values[1])

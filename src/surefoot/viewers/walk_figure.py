@@ -1,0 +1,140 @@
+"""A walk on one page: from above, and over time."""
+
+from __future__ import annotations
+
+import textwrap
+from io import BytesIO
+from pathlib import Path
+from tempfile import TemporaryFile
+
+from matplotlib import style
+from matplotlib.figure import Figure
+
+from surefoot.errors import FileError
+from surefoot.simulation.rollout import Rollout
+from surefoot.version import VERSION
+from surefoot.viewers import palette
+from surefoot.viewers.page import WIDTH, lay_out, view_size
+from surefoot.viewers.stances import stances
+from surefoot.viewers.time_plots import draw_time_plots
+from surefoot.viewers.top_view import draw_top_view, extent, label_levels
+from surefoot.viewers.walk_legend import legend_entries
+from surefoot.viewers.walk_words import fall_evidence, title
+
+FORMATS = (".png", ".pdf", ".svg")
+"""The endings that a picture's file may have."""
+
+RESOLUTION = 160
+"""Of a .png [1/in]."""
+
+
+def draw_walk(rollout: Rollout, path: Path) -> None:
+    """Draw a walk into a file; the same walk gives the same bytes.
+
+    Args:
+        rollout: the walk.
+        path: file to write; its ending names the format (.png, .pdf, .svg).
+
+    Raises:
+        FileError: another ending, or the file cannot be written.
+    """
+    path = Path(path)
+    check_figure_path(path)
+    picture = BytesIO()
+    form = path.suffix.lower()[1:]
+    with style.context(["default", palette.STYLE]):
+        walk_figure(rollout).savefig(
+            picture, format=form, dpi=RESOLUTION, metadata=_about(rollout, form)
+        )
+    try:
+        path.write_bytes(picture.getvalue())
+    except OSError as error:
+        raise _unwritable(path, error) from error
+
+
+def check_figure_path(path: str | Path) -> None:
+    """Refuse a path to which no picture can be written, before a walk is computed.
+
+    Nothing is left behind, and an existing file is not touched.
+
+    Raises:
+        FileError: an unknown ending, no such directory, or no permission.
+    """
+    path = Path(path)
+    if path.suffix.lower() not in FORMATS:
+        raise FileError(
+            f"a picture ending in {', '.join(FORMATS)}",
+            f"{str(path)!r}",
+            "rename it: the ending names the format",
+        )
+    try:
+        if path.exists():
+            # Opened to append, and closed again: a file that can be replaced, unchanged.
+            path.open("ab").close()
+        else:
+            # A file without a name: proof that the directory can be written to, gone when closed.
+            TemporaryFile(dir=path.resolve().parent).close()
+    except OSError as error:
+        raise _unwritable(path, error) from error
+
+
+def _unwritable(path: Path, error: OSError) -> FileError:
+    return FileError(
+        "a picture that can be written",
+        f"{path}: {error.strerror or error}",
+        "choose another place, or make the directory first",
+    )
+
+
+def walk_figure(rollout: Rollout) -> Figure:
+    """The picture of a walk, in the caller's matplotlib style; `draw_walk` has its own.
+
+    Args:
+        rollout: the walk.
+
+    Returns:
+        A figure of its own, not known to pyplot.
+    """
+    parts = stances(rollout)
+    ground = extent(rollout, parts)
+    size = view_size(ground)
+    lines = [level for _, level in label_levels(rollout, ground.filling(*size), size[0])]
+    entries = legend_entries(rollout, parts)
+    headline = textwrap.fill(title(rollout), 112)
+    evidence = textwrap.fill(fall_evidence(rollout), 150)
+    headline_height = 0.24 * len(headline.splitlines())
+    title_height = 0.14 + headline_height + 0.2 * len(evidence.splitlines())
+    page = lay_out(ground, title_height, max(lines, default=-1) + 1, len(entries))
+
+    figure = Figure(figsize=(WIDTH, page.height))
+    across, up = 0.25 / WIDTH, 1.0 / page.height
+    figure.text(
+        across, 1.0 - 0.14 * up, headline, fontsize=12.0, fontweight="bold", va="top", gid="title"
+    )
+    if evidence:
+        figure.text(
+            across, 1.0 - (0.18 + headline_height) * up, evidence, fontsize=9.0, va="top",
+            color=palette.ALARM, gid="fall-evidence",
+        )  # fmt: skip
+    draw_top_view(page.add_axes(figure, page.top_view), rollout, parts, page.shown)
+    draw_time_plots(page.add_time_axes(figure), rollout, parts)
+    figure.legend(
+        handles=entries, loc="upper left", ncols=page.legend_columns, frameon=False,
+        bbox_to_anchor=(page.legend[0] / WIDTH, 1.0 - page.legend[1] * up), borderaxespad=0.0,
+        borderpad=0.0, labelspacing=0.35, handlelength=2.2, columnspacing=1.4,
+    )  # fmt: skip
+    return figure
+
+
+def _about(rollout: Rollout, form: str) -> dict[str, str | None]:
+    """What the file says of itself, without a date."""
+    maker = f"Surefoot {VERSION}"
+    settings = f"{rollout.controller}({rollout.controller_parameters})"
+    if form == "png":
+        return {"Title": title(rollout), "Description": settings, "Software": maker}
+    if form == "pdf":
+        return {
+            "Title": title(rollout), "Subject": settings, "Creator": maker, "Producer": maker,
+            "CreationDate": None,
+        }  # fmt: skip
+    return {"Title": title(rollout), "Description": settings, "Creator": maker, "Date": None}

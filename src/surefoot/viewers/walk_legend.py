@@ -1,0 +1,66 @@
+"""What the colours of a walk's picture mean; only what occurs in it is listed."""
+
+from __future__ import annotations
+
+from matplotlib.artist import Artist
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+
+from surefoot.models.footsteps import Side
+from surefoot.simulation.rollout import Rollout
+from surefoot.viewers import palette
+from surefoot.viewers.stances import Stance, acting_pushes
+
+
+def legend_entries(rollout: Rollout, parts: list[Stance]) -> list[Artist]:
+    """One labelled artist for each thing that is drawn."""
+    sides = {parts[0].side.other, *(part.side for part in parts)}
+    entries: list[Artist] = [
+        _line("CoM", palette.COM, 1.4),
+        _line("DCM (ring: at touchdown)", palette.DCM, 2.0),
+        _line("planned DCM, duration", palette.DCM_PLAN, 1.1, "dashed"),
+        _line("ZMP", palette.ZMP, 1.3, marker="."),
+    ]
+    if rollout.zmp_excess.any():
+        entries.append(_line("ZMP outside the sole", palette.ALARM, 2.6))
+    for side in (Side.LEFT, Side.RIGHT):
+        if side in sides:
+            name = f"{side.name.lower()} sole"
+            entries.append(
+                Patch(
+                    facecolor=palette.SOLE[side], edgecolor=palette.SOLE_EDGE[side],
+                    linewidth=0.8, label=name,
+                )
+            )  # fmt: skip
+    return entries + _events(rollout, parts)
+
+
+def _events(rollout: Rollout, parts: list[Stance]) -> list[Artist]:
+    entries: list[Artist] = []
+    online = [part for part in parts if part.adapted]
+    if online:
+        entries.append(_outline("landing decided online", 1.8, "solid"))
+        entries.append(_outline("nominal landing", 1.0, "dashed"))
+        entries.append(
+            Patch(facecolor="none", edgecolor=palette.ADAPTED, hatch="////", linewidth=0.0,
+                  alpha=0.5, label="deciding online")
+        )  # fmt: skip
+    if acting_pushes(rollout):
+        entries.append(Patch(facecolor=palette.PUSH, alpha=0.6, linewidth=0.0, label="push"))
+    if len(rollout.velocities) > 1:
+        entries.append(_line("new velocity", palette.COM, 0.9, "dashdot"))
+    entries.append(_line("settled; limits of duration", palette.QUIET, 0.8, "dotted"))
+    return entries
+
+
+def _line(label: str, color: str, width: float, dash: str = "solid", marker: str = "") -> Line2D:
+    return Line2D(
+        [], [], color=color, linewidth=width, linestyle=dash, marker=marker, markersize=6.0,
+        markeredgewidth=0.0, label=label,
+    )  # fmt: skip
+
+
+def _outline(label: str, width: float, dash: str) -> Patch:
+    return Patch(
+        facecolor="none", edgecolor=palette.ADAPTED, linewidth=width, linestyle=dash, label=label
+    )

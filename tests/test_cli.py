@@ -1,0 +1,156 @@
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner, Result
+
+import surefoot as sf
+from surefoot.cli import main
+
+PUSH = ["--push", "176,0@1.1+0.2"]
+
+
+def run(*arguments: str) -> Result:
+    result = CliRunner().invoke(main, list(arguments))
+    assert not isinstance(result.exception, Exception), result.exception
+    return result
+
+
+def test_walk_tells_what_happened() -> None:
+    result = run("walk", *PUSH)
+    assert result.exit_code == 0
+    assert "paper-biped (68 kg) walks at (0.5, 0) m/s with HybridController" in result.output
+    assert "pushed with (176, 0) N from 1.1 s to 1.3 s: 35.2 N s, 0.518 m/s" in result.output
+    assert "recovered: back on the nominal gait" in result.output
+    (third,) = [line for line in result.output.splitlines() if line.strip().startswith("3 ")]
+    assert "online" in third
+
+
+def test_walk_json_holds_what_was_promised() -> None:
+    result = run("walk", *PUSH, "--json")
+    told = json.loads(result.output)
+    assert told["outcome"] == "recovered"
+    for name in ("side", "location", "duration", "dcm_offset"):
+        assert name in told["steps"][2]
+    assert told["pushes"][0]["impulse"] == pytest.approx([35.2, 0.0])
+    assert told["pushes"][0]["delta_v"] == pytest.approx([35.2 / 68.0, 0.0])
+    assert told["largest_dcm_error"] > 0.1
+    assert told["largest_zmp_excess"] == 0.0
+    assert told["final_velocity"] == pytest.approx([0.5, 0.0], abs=1e-6)
+    assert 0.0 < told["decision_time"]["p50"] <= told["decision_time"]["p99"]
+    assert told["fall"] is None
+
+
+def test_json_agrees_with_the_library() -> None:
+    told = json.loads(run("walk", *PUSH, "--json").output)
+    controller = sf.HybridController(sf.load_robot("paper-biped"), (0.5, 0.0))
+    rollout = sf.simulate(controller, 6.0, [sf.Push(1.1, 0.2, (176.0, 0.0))])
+    assert [step["duration"] for step in told["steps"]] == [s.duration for s in rollout.footsteps]
+
+
+def test_a_fall_exits_with_1_and_its_evidence() -> None:
+    result = run("walk", "--push", "1300,0@1.1+0.2")
+    assert result.exit_code == 1
+    assert "fell at 1.5" in result.output
+    assert "mostly forward" in result.output
+    told = json.loads(run("walk", "--push", "1300,0@1.1+0.2", "--json").output)
+    assert told["fall"]["limit"] == "forward"
+
+
+def test_several_pushes_and_an_endless_one() -> None:
+    told = json.loads(
+        run("walk", "--push", "5,5@0+inf", "--push", "-1e2,.5@1.0+0.1", *PUSH, "--json").output
+    )
+    assert [push["force"] for push in told["pushes"]] == [[5.0, 5.0], [-100.0, 0.5], [176.0, 0.0]]
+    assert told["pushes"][0]["duration"] is None
+
+
+def test_a_new_velocity_on_the_way() -> None:
+    told = json.loads(run("walk", "--then", "0.2,0.1@2.0", "--json").output)
+    assert told["velocity"] == [0.2, 0.1]
+    assert told["final_velocity"] == pytest.approx([0.2, 0.1], abs=1e-6)
+
+
+def test_the_other_options(tmp_path: Path) -> None:
+    robot = tmp_path / "mine.toml"
+    robot.write_text(run("robots", "--show", "paper-table2").output)
+    path = tmp_path / "walk.npz"
+    result = run(
+        "walk", "--robot", str(robot), "--velocity", "-0.2", "0.05", "--controller", "tracking",
+        "--unprojected", "--leg-speed", "4", "--duration", "2.5", "--save", str(path),
+    )  # fmt: skip
+    assert result.exit_code == 0, result.output
+    rollout = sf.load_rollout(path)
+    assert rollout.controller == "DcmTracking"
+    assert "project_zmp=False" in rollout.controller_parameters
+    assert rollout.robot.swing.max_speed == 4.0
+    assert rollout.robot.hip == 0.01
+    assert rollout.velocity == (-0.2, 0.05)
+
+
+def test_plot_draws(tmp_path: Path) -> None:
+    path = tmp_path / "walk.png"
+    assert run("walk", *PUSH, "--duration", "3", "--plot", str(path)).exit_code == 0
+    assert path.read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (
+            ["--push", "176"],
+            "expected --push FX,FY@START+DURATION in newtons and seconds; got '176'",
+        ),
+        (["--push", "176,0@1.1"], "write for example --push 176,0@1.1+0.2"),
+        (["--push", "a,b@c+d"], "got 'a,b@c+d'"),
+        (["--push", "176,0@1.1+0"], "positive duration"),
+        (["--push", "nan,0@1.1+0.2"], "got 'nan,0@1.1+0.2'"),
+        (["--then", "0.5@1"], "expected --then VX,VY@TIME"),
+        (["--then", "7,0@1"], "expected at most 2.5000 m/s"),
+        (["--velocity", "9", "0"], "expected at most 2.5000 m/s in the direction of (9.0, 0.0)"),
+        (["--velocity", "nan", "0"], "two finite numbers"),
+        (["--robot", "atlas"], "expected a preset (paper-biped, paper-table2)"),
+        (["--robot", "none.toml"], "readable robot file"),
+        (["--duration", "-1"], "`duration` above 0 [s]"),
+        (["--duration", "long"], "not a valid float"),
+        (["--controller", "mpc"], "is not one of 'hybrid', 'tracking'"),
+        (["--leg-speed", "0"], "`max_speed` of the swing to be positive"),
+        (["--save", "walk.xyz"], "a path ending in .npz"),
+        (["--save", "no/such/place/walk.npz"], "a directory that exists; got no/such/place"),
+        (["--plot", "no/such/place/walk.png"], "a directory that exists; got no/such/place"),
+        (["--plot", "walk.bmp"], "a path ending in .png"),
+        (["--plot", "/proc/walk.png"], "a file that can be written"),
+    ],
+)
+def test_misuse_exits_with_2_and_says_what_to_do(arguments: list[str], message: str) -> None:
+    # Ten million seconds: had the walk begun before the mistake was told, this would not end.
+    result = run("walk", "--duration", "1e7", *arguments)
+    assert result.exit_code == 2, result.output
+    assert message in result.output
+
+
+def test_robots_lists_the_presets() -> None:
+    result = run("robots")
+    assert result.exit_code == 0
+    for name in sf.preset_names():
+        assert name in result.output
+    assert run("robots", "--show", "atlas").exit_code == 2
+
+
+def test_limits_prints_the_viable_offsets() -> None:
+    assert "-0.4929 .. +0.4929 m" in run("limits").output
+    told = json.loads(run("limits", "--robot", "paper-biped", "--json").output)
+    assert told["omega"] == pytest.approx(3.5018, abs=5e-5)
+    assert told["largest_speed"]["forward"] == pytest.approx(2.5)
+    assert told["viable_offset"]["point_foot"]["y"] == pytest.approx([-0.3294, 0.1635], abs=5e-5)
+    assert told["viable_offset"]["finite_foot"]["x"][1] == pytest.approx(0.5929, abs=5e-5)
+
+
+def test_the_installed_command_answers() -> None:
+    command = Path(sys.executable).with_name("surefoot")
+    done = subprocess.run([command, "--version"], capture_output=True, text=True, check=True)
+    assert sf.__version__ in done.stdout

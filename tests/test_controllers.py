@@ -1,0 +1,247 @@
+"""The conformance suite: what every controller must do, whatever its method."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import FrozenInstanceError, replace
+
+import numpy as np
+import pytest
+
+import surefoot as sf
+from surefoot.control.cycle import is_finite
+
+ROBOT = sf.load_robot("paper-biped")
+Make = Callable[[tuple[float, float]], sf.Controller]
+
+CONTROLLERS: dict[str, Make] = {
+    "tracking": lambda velocity: sf.DcmTracking(ROBOT, velocity),
+    "tracking-unprojected": lambda velocity: sf.DcmTracking(ROBOT, velocity, project_zmp=False),
+    "hybrid": lambda velocity: sf.HybridController(ROBOT, velocity),
+    "hybrid-always-adapting": lambda velocity: sf.HybridController(ROBOT, velocity, threshold=0.0),
+    "hybrid-slow-leg": lambda velocity: sf.HybridController(
+        ROBOT.replace(swing=type(ROBOT.swing)(max_speed=3.0)), velocity
+    ),
+}
+PUSH = sf.Push(1.1, 0.2, (60.0, 30.0))
+VELOCITIES = [(0.5, 0.0), (-0.3, 0.0), (0.0, 0.0), (0.0, 0.2), (0.3, -0.15)]
+
+
+@pytest.fixture(params=CONTROLLERS)
+def make(request) -> Make:
+    return CONTROLLERS[request.param]
+
+
+def mirrored(rollout: sf.Rollout, name: str) -> np.ndarray:
+    """A time-first array of vectors as seen in the mirror y -> -y."""
+    values = np.array(getattr(rollout, name))
+    values[:, 1] *= -1.0
+    return values
+
+
+def test_it_is_a_controller(make: Make) -> None:
+    controller = make((0.5, 0.0))
+    assert isinstance(controller, sf.Controller)
+    with pytest.raises(FrozenInstanceError):
+        controller.period = 0.002  # type: ignore[misc]
+
+
+@pytest.mark.parametrize("velocity", VELOCITIES)
+def test_undisturbed_it_walks_the_nominal_gait(make: Make, velocity) -> None:
+    rollout = sf.simulate(make(velocity), 4.0)
+    assert rollout.outcome is sf.Outcome.WALKED
+    gait = sf.nominal_gait(ROBOT, velocity)
+    for step in rollout.footsteps:
+        assert step.duration == pytest.approx(gait.step_duration, abs=1e-9)
+        assert step.step == pytest.approx(gait.step(step.side), abs=1e-9)
+        assert step.dcm_offset == pytest.approx(gait.dcm_offset(step.side), abs=1e-9)
+    assert rollout.final_velocity == pytest.approx(velocity, abs=1e-9)
+    assert np.abs(rollout.dcm_error).max() < 1e-9
+
+
+@pytest.mark.parametrize("velocity", VELOCITIES)
+def test_the_mirror_image_of_a_walk_is_the_walk_of_the_mirror_image(make: Make, velocity) -> None:
+    v_x, v_y = velocity
+    force_x, force_y = PUSH.force
+    here = sf.simulate(make(velocity), 3.0, [PUSH], first_support=sf.Side.RIGHT)
+    there = sf.simulate(
+        make((v_x, -v_y)),
+        3.0,
+        [replace(PUSH, force=(force_x, -force_y))],
+        first_support=sf.Side.LEFT,
+    )
+    assert here.time == pytest.approx(there.time, abs=1e-9)
+    for name in ("com", "dcm", "zmp", "dcm_plan", "support_foot", "swing_foot"):
+        assert mirrored(here, name) == pytest.approx(getattr(there, name), abs=1e-9), name
+    assert here.support_side.tolist() == (-there.support_side).tolist()
+
+
+def shifted(observation: sf.Observation, shift: tuple[float, float], time: float) -> sf.Observation:
+    moved = {
+        name: getattr(observation, name) + np.array(shift)
+        for name in ("com", "dcm", "support_foot")
+    }
+    foot = observation.swing_foot + np.array([*shift, 0.0])
+    return observation.replace(time=observation.time + time, swing_foot=foot, **moved)
+
+
+def closed_loop(controller, observation, pushes, cycles: int):
+    """Observations and commands of a loop of one's own, as a user would write it."""
+    simulator = sf.LipmSimulator(controller.robot, controller.period, pushes)
+    world, state = simulator.start(observation), controller.start(observation)
+    seen = []
+    for _ in range(cycles):
+        command, state = controller.step(state, observation)
+        seen.append((observation, command))
+        observation, world = simulator.step(world, command)
+    return seen
+
+
+@pytest.mark.parametrize(("shift", "time"), [((0.7, -0.4), 0.0), ((0.0, 0.0), 12.5)])
+def test_a_walk_elsewhere_or_later_is_the_same_walk(make: Make, shift, time) -> None:
+    controller = make((0.3, 0.1))
+    begin = controller.gait.observation(sf.Side.LEFT)
+    here = closed_loop(controller, begin, [PUSH], 1800)
+    later = replace(PUSH, start=PUSH.start + time)
+    there = closed_loop(controller, shifted(begin, shift, time), [later], 1800)
+    for (seen, command), (seen_there, command_there) in zip(here, there, strict=True):
+        assert seen_there.time - time == pytest.approx(seen.time, abs=1e-9)
+        assert seen_there.dcm - shift == pytest.approx(seen.dcm, abs=1e-9)
+        assert command_there.zmp - shift == pytest.approx(command.zmp, abs=1e-9)
+        assert command_there.step_location - shift == pytest.approx(command.step_location, abs=1e-9)
+        assert command_there.step_duration == pytest.approx(command.step_duration, abs=1e-9)
+        assert command_there.swing_foot - (*shift, 0.0) == pytest.approx(
+            command.swing_foot, abs=1e-9
+        )
+
+
+def test_the_same_walk_twice_has_the_same_bits(make: Make) -> None:
+    first, second = (sf.simulate(make((0.5, 0.0)), 3.0, [PUSH]) for _ in range(2))
+    assert first.observations.tobytes() == second.observations.tobytes()
+    assert first.commands.tobytes() == second.commands.tobytes()
+
+
+def test_nothing_that_goes_in_is_changed(make: Make) -> None:
+    controller = make((0.5, 0.0))
+    observation = controller.gait.observation(sf.Side.RIGHT)
+    observation = observation.replace(dcm=np.add(observation.dcm, (0.03, -0.02)))
+    state = controller.start(observation)
+    before = (state.tobytes(), observation.array.tobytes(), controller.parameters.tobytes())
+    command, next_state = controller.step(state, observation)
+    assert (state.tobytes(), observation.array.tobytes(), controller.parameters.tobytes()) == before
+    assert next_state.tobytes() != state.tobytes()
+    again, _ = controller.step(state, observation)
+    assert again == command  # the state is a value: the past can be asked again
+    with pytest.raises(ValueError, match="read-only"):
+        command.zmp[0] = 1.0
+
+
+BROKEN = [
+    ("dcm", (math.nan, 0.0)),
+    ("dcm", (0.0, math.inf)),
+    ("com", (math.nan, 0.0)),
+    ("com_velocity", (0.0, -math.inf)),
+    ("support_foot", (math.nan, math.nan)),
+    ("swing_foot", (0.0, 0.0, math.nan)),
+    ("swing_foot_velocity", (math.nan, 0.0, 0.0)),
+    ("elapsed", math.nan),
+    ("time", math.nan),
+]
+
+
+@pytest.mark.parametrize(("name", "value"), BROKEN)
+def test_a_broken_observation_holds_the_last_command_and_says_so(make: Make, name, value) -> None:
+    controller = make((0.5, 0.0))
+    seen = closed_loop(controller, controller.gait.observation(sf.Side.RIGHT), [], 200)
+    state = controller.start(seen[0][0])
+    for observation, _ in seen[:100]:
+        safe, state = controller.step(state, observation)
+    broken = seen[100][0].replace(**{name: value})
+    held, next_state = controller.step(state, broken)
+    assert sf.Status(held.status) == sf.Status.HELD
+    assert held.replace(status=safe.status) == safe
+    # One bad cycle leaves no trace in the next good one.
+    command, _ = controller.step(next_state, seen[101][0])
+    assert sf.Status.HELD not in sf.Status(command.status)
+    assert np.isfinite(command.zmp).all()
+    assert not is_finite(broken.array[0])
+
+
+def test_a_walk_with_dropouts_goes_on(make: Make) -> None:
+    """Every tenth observation is lost: the robot still walks."""
+    controller = make((0.5, 0.0))
+    simulator = sf.LipmSimulator(controller.robot, controller.period)
+    observation = controller.gait.observation(sf.Side.RIGHT)
+    world, state = simulator.start(observation), controller.start(observation)
+    for cycle in range(4000):
+        lost = cycle % 10 == 9
+        seen = observation.replace(dcm=(math.nan, math.nan)) if lost else observation
+        command, state = controller.step(state, seen)
+        assert (sf.Status.HELD in sf.Status(command.status)) == lost
+        observation, world = simulator.step(world, command)
+    assert not world["fallen"][0]
+    assert np.hypot(*(observation.dcm - observation.support_foot)) < 0.5
+
+
+def test_it_does_not_start_on_a_broken_observation(make: Make) -> None:
+    controller = make((0.5, 0.0))
+    observation = controller.gait.observation(sf.Side.RIGHT)
+    with pytest.raises(sf.ParameterError, match="first observation of finite numbers"):
+        controller.start(observation.replace(dcm=(math.nan, 0.0)))
+    with pytest.raises(sf.ParameterError, match="and a Side"):
+        controller.start(observation.replace(support_side=0))
+
+
+def test_a_new_velocity_does_not_make_the_plan_jump(make: Make) -> None:
+    """The step under way ends with the new offset; the planned DCM is continuous through it all."""
+    changes = [(0.73, (0.2, 0.1)), (2.2, (0.0, 0.0)), (3.9, (-0.3, -0.1)), (5.1, (0.5, 0.0))]
+    rollout = sf.simulate(make((0.5, 0.0)), 8.0, velocity_changes=changes)
+    assert rollout.outcome is sf.Outcome.WALKED
+    assert rollout.velocities == ((0.0, (0.5, 0.0)), *changes)
+    speed = np.abs(rollout.dcm - rollout.support_foot).max() * ROBOT.omega
+    steps = np.abs(np.diff(rollout.dcm_plan, axis=0)).max(axis=1)
+    assert steps.max() < 1.5 * speed * 0.001
+    for time, velocity in changes:
+        step = next(s for s in rollout.footsteps if s.start < time < s.start + s.duration)
+        assert step.dcm_offset == pytest.approx(
+            sf.nominal_gait(ROBOT, velocity).dcm_offset(step.side), abs=1e-4
+        )
+
+
+@pytest.mark.parametrize("velocity", [(9.0, 0.0), (math.nan, 0.0)])
+def test_a_velocity_that_cannot_be_walked(make: Make, velocity) -> None:
+    with pytest.raises(sf.VelocityError):
+        make(velocity)
+    with pytest.raises(sf.VelocityError):
+        make((0.5, 0.0)).with_velocity(velocity)
+
+
+@pytest.mark.parametrize("kind", [sf.DcmTracking, sf.HybridController])
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"dcm_gain": 0.0}, r"`dcm_gain` above 0 \[1/s\]; got 0.0"),
+        ({"dcm_gain": math.nan}, "`dcm_gain` above 0"),
+        ({"period": -0.001}, r"`period` above 0 \[s\]"),
+        ({"robot": "paper-biped"}, r"a Robot; got 'paper-biped'; load one: surefoot.load_robot"),
+    ],
+)
+def test_parameters_that_make_no_sense(kind, arguments, message: str) -> None:
+    with pytest.raises(sf.ParameterError, match=message):
+        kind(**({"robot": ROBOT, "velocity": (0.5, 0.0)} | arguments))
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"threshold": -0.01}, r"`threshold` of at least 0 \[m\]"),
+        ({"step_weight": 1.0}, r"`step_weight` as a pair \(x, y\)"),
+        ({"offset_weight": (1000.0, -1.0)}, "`offset_weight` of at least 0"),
+        ({"tau_weight": "1"}, "`tau_weight` of at least 0"),
+        ({"offset_penalty": math.nan}, "`offset_penalty` of at least 0"),
+    ],
+)
+def test_parameters_of_the_hybrid_that_make_no_sense(arguments, message: str) -> None:
+    with pytest.raises(sf.ParameterError, match=message):
+        sf.HybridController(ROBOT, (0.5, 0.0), **arguments)

@@ -1,0 +1,153 @@
+"""The house: imports go down the ladder, files stay short, the front door stays open."""
+
+from __future__ import annotations
+
+import ast
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import surefoot as sf
+
+SOURCE = Path(sf.__file__).parent
+FILES = sorted(SOURCE.rglob("*.py"))
+LONGEST_FILE = 400
+LONGEST_FUNCTION = 60
+
+LADDER = [
+    {"errors", "version"},
+    {"checks"},
+    {"models"},
+    {"planning"},
+    {"control", "simulation"},
+    {"studies", "viewers"},
+    {"cli", "__init__", "__main__"},
+]
+"""Rungs from the ground up; neighbours on a rung do not see each other."""
+
+MAY_WAIT = {"cli.py", "__init__.py"}
+"""The only files that import inside functions: to start at once."""
+
+
+def room(path: Path) -> str:
+    return path.relative_to(SOURCE).parts[0].removesuffix(".py")
+
+
+def rung(name: str) -> int:
+    return next(level for level, rooms in enumerate(LADDER) if name in rooms)
+
+
+def imported_rooms(tree: ast.AST) -> list[tuple[str, int]]:
+    """The rooms of Surefoot that a file imports, with the line."""
+    found = []
+    for node in ast.walk(tree):
+        if isinstance(node, ast.ImportFrom):
+            assert node.level == 0, f"line {node.lineno}: relative import"
+            names = [node.module or ""]
+            if node.module == "surefoot":
+                names = [f"surefoot.{alias.name}" for alias in node.names]
+        elif isinstance(node, ast.Import):
+            names = [alias.name for alias in node.names]
+        else:
+            continue
+        found += [
+            (name.split(".")[1] if "." in name else "__init__", node.lineno)
+            for name in names
+            if name.split(".")[0] == "surefoot"
+        ]
+    return found
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: str(path.relative_to(SOURCE)))
+def test_imports_go_down(path: Path) -> None:
+    own = room(path)
+    for other, line in imported_rooms(ast.parse(path.read_text())):
+        assert other == own or rung(other) < rung(own), f"{path}:{line} imports {other}"
+
+
+def test_the_ladder_test_can_fail() -> None:
+    tree = ast.parse("from surefoot.control.hybrid import HybridController\nimport surefoot.cli")
+    assert imported_rooms(tree) == [("control", 1), ("cli", 2)]
+    assert rung("control") == rung("simulation")
+    assert rung("cli") > rung("control") > rung("models")
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: str(path.relative_to(SOURCE)))
+def test_files_and_functions_stay_short(path: Path) -> None:
+    text = path.read_text()
+    assert len(text.splitlines()) <= LONGEST_FILE
+    for node in ast.walk(ast.parse(text)):
+        if not isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef)):
+            continue
+        # What a function says about itself does not count, what it does counts.
+        docstring = ast.get_docstring(node, clean=False) or ""
+        last = node.end_lineno or node.lineno
+        length = last - node.body[0].lineno + 1 - len(docstring.splitlines())
+        assert length <= LONGEST_FUNCTION, f"{node.name} has {length} lines"
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: str(path.relative_to(SOURCE)))
+def test_imports_stand_at_the_top(path: Path) -> None:
+    if path.name in MAY_WAIT:
+        return
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef)):
+            for inner in ast.walk(node):
+                assert not isinstance(inner, (ast.Import, ast.ImportFrom)), f"{path}:{inner.lineno}"
+
+
+def test_no_name_without_a_noun() -> None:
+    forbidden = {"utils", "helpers", "manager", "core", "misc", "common"}
+    assert not [path for path in FILES if path.stem in forbidden]
+
+
+def test_the_public_names_are_there() -> None:
+    promised = {
+        "load_robot", "nominal_gait", "HybridController", "DcmTracking", "simulate", "Push",
+        "solve_step", "StepProblem", "load_rollout", "Rollout", "Outcome", "Side", "Observation",
+        "Command",
+    }  # fmt: skip
+    assert promised <= set(sf.__all__)
+    for name in sf.__all__:
+        assert getattr(sf, name) is not None
+    assert set(dir(sf)) == set(sf.__all__)
+    with pytest.raises(AttributeError, match="no attribute 'walk_away'"):
+        sf.walk_away  # noqa: B018
+
+
+@pytest.mark.parametrize("name", [n for n in sf.__all__ if n != "__version__"])
+def test_every_public_name_is_documented(name: str) -> None:
+    assert (getattr(sf, name).__doc__ or "").strip()
+
+
+def test_the_type_checkers_door_and_the_running_one_are_the_same() -> None:
+    tree = ast.parse((SOURCE / "__init__.py").read_text())
+    (guard,) = [node for node in tree.body if isinstance(node, ast.If)]
+    typed = {alias.name for node in guard.body for alias in node.names}  # type: ignore[attr-defined]
+    assert typed == set(sf.__all__) - {"__version__"}
+
+
+def modules_after(statement: str) -> set[str]:
+    code = f"{statement}\nimport sys, json; print(json.dumps(sorted(sys.modules)))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    return {name.split(".")[0] for name in json.loads(done.stdout)}
+
+
+# Not scipy: numba itself loads it where it is installed.
+OPTIONAL = {"matplotlib", "click", "rich", "pandas", "polars", "mujoco", "viser", "daqp"}
+
+
+def test_importing_surefoot_loads_the_core_only() -> None:
+    everything = "import surefoot\nfor name in surefoot.__all__: getattr(surefoot, name)"
+    loaded = modules_after(everything)
+    assert not loaded & OPTIONAL
+    assert {"numpy", "numba", "msgspec"} <= loaded
+
+
+def test_help_loads_next_to_nothing() -> None:
+    loaded = modules_after("import surefoot.cli")
+    assert not loaded & {"numpy", "numba", "msgspec", "matplotlib", "rich"}
+    assert "click" in loaded
