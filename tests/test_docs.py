@@ -2,7 +2,8 @@
 
 The blocks of a page run in order, in one directory and one Python namespace. A python block that is
 directly followed by a text block must print just that. A toml block whose first line is a comment
-with a file name is written to that file. Of the shell blocks, the lines that call surefoot are run.
+with a file name is written to that file. Of the shell blocks, the lines that call surefoot are run;
+one that is to fail says so at its end: `# exits with 1`.
 """
 
 from __future__ import annotations
@@ -51,12 +52,17 @@ def blocks_of(page: str) -> list[Block]:
     return blocks
 
 
-def commands_of(block: Block) -> list[list[str]]:
+def commands_of(block: Block) -> list[tuple[list[str], int]]:
+    """The words of every surefoot command in a shell block, and the status it is to exit with."""
     lines = block.text.replace("\\\n", " ").splitlines()
     if block.language == "console":
         lines = [line.removeprefix("$ ") for line in lines if line.startswith("$ ")]
-    words = [shlex.split(line, comments=True) for line in lines if line.startswith("surefoot ")]
-    return [line[1:] for line in words]
+    commands = []
+    for line in lines:
+        if line.startswith("surefoot "):
+            status = re.search(r"# exits with (\d)", line)
+            commands.append((shlex.split(line, comments=True)[1:], int(status[1]) if status else 0))
+    return commands
 
 
 def run_python(block: Block, origin: str, namespace: dict) -> None:
@@ -68,14 +74,12 @@ def run_python(block: Block, origin: str, namespace: dict) -> None:
 
 
 def run_commands(block: Block, folder: Path) -> None:
-    expected = re.search(r"# exits with (\d)", block.text)
     surefoot = Path(sysconfig.get_path("scripts")) / "surefoot"
-    for words in commands_of(block):
+    for words, status in commands_of(block):
         done = subprocess.run([surefoot, *words], cwd=folder, capture_output=True, text=True)
-        assert done.returncode == int(expected[1] if expected else 0), (
-            f"surefoot {shlex.join(words)}\n{done.stdout}{done.stderr}"
-        )
-        assert "Traceback" not in done.stderr
+        told = f"surefoot {shlex.join(words)}\n{done.stdout}{done.stderr}"
+        assert done.returncode == status, told
+        assert "Traceback" not in done.stderr, told
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)

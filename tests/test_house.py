@@ -19,7 +19,7 @@ LONGEST_FUNCTION = 60
 
 LADDER = [
     {"errors", "version"},
-    {"checks"},
+    {"checks", "compiling"},
     {"models"},
     {"planning"},
     {"control", "simulation"},

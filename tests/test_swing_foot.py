@@ -1,16 +1,16 @@
 from __future__ import annotations
 
-import math
-
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 import surefoot as sf
-from surefoot.planning.swing_foot import APEX_WINDOW, bump, bump_lift, quintic, reachable
+from surefoot.models.robot import Swing
+from surefoot.planning.swing_foot import APEX_WINDOW, bump, bump_lift, quintic
 
 PERIOD = 0.001
+PUSH = sf.Push(1.1, 0.2, (250.0, 0.0))
 small = st.floats(-0.5, 0.5)
 
 
@@ -79,12 +79,6 @@ def test_the_lift_of_the_plan_under_way_goes_on(duration, part, z, vz, az, down)
         )
         assert replanned[0] == pytest.approx(original[0], abs=1e-8 * size)
     assert 0.0 < APEX_WINDOW < 0.5
-
-
-def test_reachable_is_a_disc() -> None:
-    assert reachable(0.0, 0.0, 0.3, 0.4, 0.5)
-    assert not reachable(0.0, 0.0, 0.3, 0.4, 0.49)
-    assert reachable(0.0, 0.0, 1e6, 0.0, math.inf)
 
 
 def moving_swing(seed: int, push: float) -> sf.Rollout:
@@ -164,3 +158,21 @@ def test_the_foot_reaches_its_apex_and_lands_softly(pushed_walk: sf.Rollout) -> 
         assert height[during].max() > 0.03
         assert abs(height[last]) < 1e-4
         assert abs(pushed_walk.commands["swing_foot_velocity"][last, 2]) < 0.05
+
+
+def test_a_leg_of_limited_speed_hurries_no_faster_than_it_can(robot: sf.Robot) -> None:
+    """It runs straight to the landing where the smooth way would be too fast, and says when even
+    that is too slow."""
+    limited = robot.replace(swing=Swing(max_speed=3.0))
+    rollout = sf.simulate(sf.HybridController(limited, (0.5, 0.0)), 6.0, [PUSH])
+    speed = np.hypot(*rollout.commands["swing_foot_velocity"][:, :2].T)
+    assert speed.max() == pytest.approx(3.0)
+    assert rollout.outcome is sf.Outcome.RECOVERED
+    status = rollout.commands["status"]
+    late = (status & sf.Status.UNREACHABLE) != 0
+    away = np.hypot(*(rollout.commands["step_location"] - rollout.swing_foot[:, :2]).T)
+    left = rollout.commands["step_duration"] - rollout.observations["elapsed"]
+    reach = 3.0 * np.maximum(left, 0.001)
+    assert (late == (away > reach + 1e-9)).all()
+    assert late.any()
+    assert not late.all()

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Sequence
 from pathlib import Path
+from tempfile import TemporaryFile
 
 from surefoot.errors import FileError, ParameterError
 
@@ -65,5 +65,14 @@ def check_writable(path: Path, suffixes: Sequence[str]) -> None:
         raise FileError("a directory that exists", str(folder), "make it first, or choose another")
     if path.is_dir():
         raise FileError("a file", f"the directory {path}", "add a file name")
-    if not os.access(path if path.exists() else folder, os.W_OK):
-        raise FileError("a file that can be written", str(path), "choose another place")
+    try:
+        if path.exists():
+            # Opened to append, and closed again: it can be replaced, and is unchanged.
+            path.open("ab").close()
+        else:
+            # A file without a name proves that the directory can be written to, even to root.
+            TemporaryFile(dir=folder).close()
+    except OSError as error:
+        raise FileError(
+            "a file that can be written", f"{path}: {error.strerror}", "choose another place"
+        ) from error

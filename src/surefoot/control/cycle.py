@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
+from surefoot.compiling import njit
 from surefoot.models.interfaces import Status
-from surefoot.planning.swing_foot import bump, bump_lift, quintic, reachable
+from surefoot.planning.swing_foot import bump, bump_lift, quintic
 
 SWING = np.dtype(
     [
@@ -21,10 +21,16 @@ SWING = np.dtype(
 """Parameters of the swing foot: apex [m], downward speed at touchdown [m/s], speed limit [m/s],
 control period [s]."""
 
+QUINTIC_PEAK = 1.875
+"""Largest speed of the quintic from rest to rest, in units of its mean speed."""
+
+REACH_TOLERANCE = 1e-9
+"""A landing no further out of reach than this is reached [m]."""
+
 _UNREACHABLE = int(Status.UNREACHABLE)
 
 
-@njit(cache=True)
+@njit
 def is_finite(observation) -> bool:
     """Whether everything that a controller reads is a finite number."""
     total = observation.elapsed + observation.time
@@ -37,49 +43,29 @@ def is_finite(observation) -> bool:
     return math.isfinite(total)
 
 
-@njit(cache=True)
+@njit
 def side_index(support_side: int) -> int:
     """Row of a per-side table: 0 for the right foot on the ground, 1 for the left."""
     return 0 if support_side > 0 else 1
 
 
-@njit(cache=True)
-def command_swing(swing, observation, previous, previous_lift, new_step, command) -> float:
-    """Write the swing foot of the command, one period on; `command` already has landing and timing.
-
-    Position and velocity are those of the observation; the acceleration is the one last commanded,
-    since measured accelerations are noise.
-
-    Args:
-        swing: a `SWING` record.
-        observation: an `OBSERVATION` record.
-        previous: the `COMMAND` record of the cycle before.
-        previous_lift: what this function returned then [m/s^6].
-        new_step: whether this is the first cycle of a step: the foot leaves the ground at rest.
-        command: the `COMMAND` record to complete; its status gains UNREACHABLE.
-
-    Returns:
-        The lift of the vertical bump, to be remembered [m/s^6].
-    """
-    left = command.step_duration - observation.elapsed
-    landing_x, landing_y = command.step_location[0], command.step_location[1]
-    if not reachable(
-        observation.swing_foot[0],
-        observation.swing_foot[1],
-        landing_x,
-        landing_y,
-        swing.max_speed * left if left > 0.0 else 0.0,
-    ) and math.isfinite(swing.max_speed):
+@njit
+def _move_over_ground(swing, observation, previous, new_step, left, command):
+    """Write x and y of the swing foot; flag a landing that a leg of limited speed cannot reach."""
+    away_x = command.step_location[0] - observation.swing_foot[0]
+    away_y = command.step_location[1] - observation.swing_foot[1]
+    distance = math.hypot(away_x, away_y)
+    if distance > swing.max_speed * left + REACH_TOLERANCE:
         command.status |= _UNREACHABLE
-    if left <= swing.period:
-        command.swing_foot[0], command.swing_foot[1] = landing_x, landing_y
-        command.swing_foot[2] = 0.0
-        for i in range(3):
-            command.swing_foot_velocity[i] = 0.0
-            command.swing_foot_acceleration[i] = 0.0
-        command.swing_foot_velocity[2] = -swing.landing_velocity
-        return previous_lift
+    hurry = distance * QUINTIC_PEAK > swing.max_speed * left
     for i in range(2):
+        if hurry:
+            direction = (away_x if i == 0 else away_y) / distance
+            speed = swing.max_speed * direction
+            command.swing_foot[i] = observation.swing_foot[i] + speed * swing.period
+            command.swing_foot_velocity[i] = speed
+            command.swing_foot_acceleration[i] = 0.0
+            continue
         acceleration = 0.0 if new_step else previous.swing_foot_acceleration[i]
         (
             command.swing_foot[i],
@@ -94,6 +80,11 @@ def command_swing(swing, observation, previous, previous_lift, new_step, command
             left,
             swing.period,
         )
+
+
+@njit
+def _move_up_and_down(swing, observation, previous, previous_lift, new_step, left, command):
+    """Write z of the swing foot and return the lift of its bump [m/s^6]."""
     z, z_velocity = observation.swing_foot[2], observation.swing_foot_velocity[2]
     acceleration = 0.0 if new_step else previous.swing_foot_acceleration[2]
     lift = bump_lift(
@@ -113,3 +104,42 @@ def command_swing(swing, observation, previous, previous_lift, new_step, command
     command.swing_foot_velocity[2] = base[1] + extra[1]
     command.swing_foot_acceleration[2] = base[2] + extra[2]
     return lift
+
+
+@njit
+def command_swing(swing, observation, previous, previous_lift, new_step, command) -> float:
+    """Write the swing foot of the command, one period on; `command` already has landing and timing.
+
+    The foot follows its polynomials, C2 through every re-plan. Only where these would exceed the
+    speed limit of the leg does it go straight to the landing at that limit: a late foot costs more
+    than a rough one. Position and velocity are those of the observation; the acceleration is the
+    one last commanded, since measured accelerations are noise.
+
+    Args:
+        swing: a `SWING` record.
+        observation: an `OBSERVATION` record.
+        previous: the `COMMAND` record of the cycle before.
+        previous_lift: what this function returned then [m/s^6].
+        new_step: whether this is the first cycle of a step: the foot leaves the ground at rest.
+        command: the `COMMAND` record to complete; its status gains UNREACHABLE.
+
+    Returns:
+        The lift of the vertical bump, to be remembered [m/s^6].
+    """
+    left = command.step_duration - observation.elapsed
+    if left > swing.period:
+        _move_over_ground(swing, observation, previous, new_step, left, command)
+        return _move_up_and_down(
+            swing, observation, previous, previous_lift, new_step, left, command
+        )
+    away = math.hypot(
+        command.step_location[0] - observation.swing_foot[0],
+        command.step_location[1] - observation.swing_foot[1],
+    )
+    if away > swing.max_speed * swing.period + REACH_TOLERANCE:
+        command.status |= _UNREACHABLE
+    for i in range(3):
+        command.swing_foot[i] = command.step_location[i] if i < 2 else 0.0
+        command.swing_foot_velocity[i] = 0.0 if i < 2 else -swing.landing_velocity
+        command.swing_foot_acceleration[i] = 0.0
+    return previous_lift

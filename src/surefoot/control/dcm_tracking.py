@@ -13,10 +13,10 @@ from dataclasses import dataclass, field, replace
 from typing import Self
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from surefoot.checks import check_number
+from surefoot.compiling import njit
 from surefoot.control.cycle import SWING, command_swing, is_finite, side_index
 from surefoot.errors import ParameterError
 from surefoot.models.footsteps import Side
@@ -63,7 +63,7 @@ _ZMP_AT_EDGE = int(Status.ZMP_AT_EDGE)
 _HELD = int(Status.HELD)
 
 
-@njit(cache=True)
+@njit
 def hold(state, next_state):
     """The answer to an observation that cannot be trusted: the last command again, and say so."""
     next_state.plan = state.plan
@@ -71,7 +71,7 @@ def hold(state, next_state):
     next_state.command.status = _HELD
 
 
-@njit(cache=True)
+@njit
 def begin_plan(tracking, observation, nominal, plan):
     """Begin the plan of the step that starts with this observation.
 
@@ -85,7 +85,7 @@ def begin_plan(tracking, observation, nominal, plan):
         plan.start_offset[i] = tracking.start_offset[row, i] if nominal else plan.end_offset[i]
 
 
-@njit(cache=True)
+@njit
 def tracking_error(observation, growth, plan, command) -> float:
     """Write the planned DCM into the command and return how far the DCM is from it [m]."""
     for i in range(2):
@@ -95,7 +95,7 @@ def tracking_error(observation, growth, plan, command) -> float:
     )
 
 
-@njit(cache=True)
+@njit
 def track(tracking, observation, plan, command):
     """Write ZMP, landing and timing of a step that follows its plan.
 
@@ -120,7 +120,7 @@ def track(tracking, observation, plan, command):
         command.dcm_offset[i] = plan.end_offset[i] = dcm_at_end - step
 
 
-@njit(cache=True)
+@njit
 def tracking_cycle(parameters, state, observation, next_state):
     """One cycle of `DcmTracking` over records."""
     if not is_finite(observation):
@@ -138,7 +138,7 @@ def tracking_cycle(parameters, state, observation, next_state):
     )
 
 
-@njit(cache=True)
+@njit
 def _tracking_step(parameters, state, observation, next_state):
     tracking_cycle(parameters[0], state[0], observation[0], next_state[0])
 

@@ -14,10 +14,10 @@ from dataclasses import dataclass, field, replace
 from typing import Self
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from surefoot.checks import check_number, check_pair
+from surefoot.compiling import njit
 from surefoot.control.cycle import command_swing, is_finite, side_index
 from surefoot.control.dcm_tracking import (
     DEFAULT_DCM_GAIN,
@@ -51,7 +51,7 @@ HYBRID_STATE = np.dtype([("plan", PLAN), ("solution", STEP_SOLUTION), ("command"
 _ADAPTING = int(Mode.ADAPTING)
 
 
-@njit(cache=True)
+@njit
 def adapt(parameters, observation, growth, solution, command):
     """Write ZMP, landing and timing of a step that is decided now; `growth` is e^(omega t)."""
     problem = parameters.problem[side_index(observation.support_side)]
@@ -72,7 +72,7 @@ def adapt(parameters, observation, growth, solution, command):
         command.dcm_offset[i] = solution.offset[i]
 
 
-@njit(cache=True)
+@njit
 def hybrid_cycle(parameters, state, observation, next_state):
     """One cycle of `HybridController` over records."""
     next_state.solution = state.solution
@@ -98,7 +98,7 @@ def hybrid_cycle(parameters, state, observation, next_state):
     )
 
 
-@njit(cache=True)
+@njit
 def _hybrid_step(parameters, state, observation, next_state):
     hybrid_cycle(parameters[0], state[0], observation[0], next_state[0])
 

@@ -9,13 +9,13 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
+from surefoot.compiling import njit
 
 STANDARD_GRAVITY = 9.81
 """Gravitational acceleration a robot file may override [m/s^2]."""
 
 
-@njit(cache=True)
+@njit
 def natural_frequency(com_height: float, gravity: float = STANDARD_GRAVITY) -> float:
     """omega = sqrt(g / z), Eq. (4) of [OnlineGait].
 
@@ -29,13 +29,13 @@ def natural_frequency(com_height: float, gravity: float = STANDARD_GRAVITY) -> f
     return math.sqrt(gravity / com_height)
 
 
-@njit(cache=True)
+@njit
 def pushed_pivot(zmp: float, force: float, mass: float, omega: float) -> float:
     """The pivot p' = p - F / (m omega^2) that acts like ZMP and push together, one axis [m]."""
     return zmp - force / (mass * omega * omega)
 
 
-@njit(cache=True)
+@njit
 def dcm_flow(dcm: float, pivot: float, omega: float, duration: float) -> float:
     """The DCM after `duration` about a constant pivot, one axis: Eq. (7) of [OnlineGait].
 
@@ -53,7 +53,7 @@ def dcm_flow(dcm: float, pivot: float, omega: float, duration: float) -> float:
     return pivot + (dcm - pivot) * math.exp(omega * duration)
 
 
-@njit(cache=True)
+@njit
 def com_flow(
     com: float, com_velocity: float, pivot: float, omega: float, duration: float
 ) -> tuple[float, float]:

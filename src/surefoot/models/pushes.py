@@ -7,9 +7,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from surefoot.compiling import njit
 from surefoot.errors import ParameterError
 
 PUSH = np.dtype([("start", "f8"), ("end", "f8"), ("force", "f8", (2,))])
@@ -76,7 +76,7 @@ def push_records(pushes: Sequence[Push]) -> NDArray[np.void]:
     return records
 
 
-@njit(cache=True)
+@njit
 def force_until_change(pushes, time: float, horizon: float) -> tuple[float, float, float]:
     """The total force at `time`, and until when it stays so.
 

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from numba import njit
+from surefoot.compiling import njit
 
 
-@njit(cache=True)
+@njit
 def planned_dcm(support_foot: float, start_offset: float, growth: float) -> float:
     """dcm_plan(t) = p + d_start e^(omega t), one axis.
 

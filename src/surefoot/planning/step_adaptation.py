@@ -18,9 +18,9 @@ import math
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from surefoot.compiling import njit
 from surefoot.errors import ParameterError
 from surefoot.models.interfaces import Status
 from surefoot.models.record import Record, fill, new_array
@@ -190,7 +190,7 @@ def _checked(name: str, value: Any, shape: tuple[int, ...]) -> NDArray[np.float6
     return numbers
 
 
-@njit(cache=True, error_model="numpy")
+@njit(error_model="numpy")
 def prepare_axis(weight, nominal, low, high, d_weight, penalty, d_nominal, d_low, d_high):
     """One axis, ready to be evaluated: its numbers, and what every evaluation divides by.
 
@@ -211,7 +211,7 @@ def prepare_axis(weight, nominal, low, high, d_weight, penalty, d_nominal, d_low
     )
 
 
-@njit(cache=True, error_model="numpy")
+@njit(error_model="numpy")
 def solve_axis(r, axis):
     """The best step X and offset d = r - X of one axis, for r = A tau.
 
@@ -246,7 +246,7 @@ def solve_axis(r, axis):
     return step, d, pull_first + inside * (d - first), inside, piece + 2
 
 
-@njit(cache=True, error_model="numpy")
+@njit(error_model="numpy")
 def _offset_at(multiplier, axis):
     """The d at which the pull of the offset equals the multiplier."""
     first, second, pull_first, pull_second = axis[1]
@@ -258,7 +258,7 @@ def _offset_at(multiplier, axis):
     return first + (multiplier - pull_first) / inside
 
 
-@njit(cache=True, error_model="numpy")
+@njit(error_model="numpy")
 def axis_kinks(axis):
     """The four values of r = A tau at which the best step or offset meets a bound [m]."""
     weight, nominal, low, high = axis[0]
@@ -271,7 +271,7 @@ def axis_kinks(axis):
     )
 
 
-@njit(cache=True, error_model="numpy")
+@njit(error_model="numpy")
 def _slope_of_value(tau, tau_weight, nominal_tau, growth_x, growth_y, x_axis, y_axis):
     """First and second derivative of the value over tau, and the number of the linear piece."""
     _, _, pull_x, slope_x, piece_x = solve_axis(growth_x * tau, x_axis)
@@ -281,7 +281,7 @@ def _slope_of_value(tau, tau_weight, nominal_tau, growth_x, growth_y, x_axis, y_
     return gradient, curvature, 9 * piece_x + piece_y
 
 
-@njit(cache=True, error_model="numpy")
+@njit(error_model="numpy")
 def best_tau(low, high, tau_weight, nominal_tau, growth_x, growth_y, x_axis, y_axis):
     """The minimiser over tau in [low, high], and how often the derivative was evaluated.
 
@@ -327,7 +327,7 @@ def best_tau(low, high, tau_weight, nominal_tau, growth_x, growth_y, x_axis, y_a
     return tau, evaluations
 
 
-@njit(cache=True, error_model="numpy")
+@njit(error_model="numpy")
 def solve_step_record(problem, growth_x, growth_y, tau_now, solution):
     """`solve_step` over records, with what changes from cycle to cycle beside the problem.
 
@@ -385,7 +385,7 @@ def solve_step_record(problem, growth_x, growth_y, tau_now, solution):
     solution.violation, solution.status, solution.iterations = violation, status, evaluations
 
 
-@njit(cache=True, error_model="numpy")
+@njit(error_model="numpy")
 def _solve_first(problems, solutions):
     """`solve_step_record` on arrays of one record, as they come from Python."""
     problem = problems[0]

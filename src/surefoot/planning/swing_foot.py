@@ -8,16 +8,14 @@ nothing: the rest of the polynomial is the polynomial of the rest.
 
 from __future__ import annotations
 
-import math
-
-from numba import njit
+from surefoot.compiling import njit
 
 APEX_WINDOW = 0.2
 """The apex is aimed at while at least this fraction of the time left lies before it; past that the
 bump keeps its height, so that a late change of timing does not fling the foot up."""
 
 
-@njit(cache=True)
+@njit
 def quintic(
     position: float,
     velocity: float,
@@ -54,7 +52,7 @@ def quintic(
     )
 
 
-@njit(cache=True)
+@njit
 def bump(lift: float, duration: float, time: float) -> tuple[float, float, float]:
     """lift h^3 (R - h)^3 with h = time, R = duration: no velocity or acceleration at both ends.
 
@@ -70,7 +68,7 @@ def bump(lift: float, duration: float, time: float) -> tuple[float, float, float
     return lift * w * w * w, 3.0 * lift * w * w * dw, 6.0 * lift * w * (dw * dw - w)
 
 
-@njit(cache=True)
+@njit
 def bump_lift(
     z: float,
     z_velocity: float,
@@ -107,11 +105,3 @@ def bump_lift(
         return (apex - base) / (w * w * w)
     stretch = max(previous_duration - elapsed, 0.0) / left
     return previous_lift * stretch**6
-
-
-@njit(cache=True)
-def reachable(
-    foot_x: float, foot_y: float, landing_x: float, landing_y: float, reach: float
-) -> bool:
-    """Whether a foot can be at the landing: |landing - foot| <= reach [m]."""
-    return math.hypot(landing_x - foot_x, landing_y - foot_y) <= reach + 1e-9

@@ -15,9 +15,10 @@ from functools import cache
 
 import numba
 import numpy as np
-from numba import cfunc, njit, types
+from numba import types
 from numpy.typing import NDArray
 
+from surefoot.compiling import function_pointer, njit
 from surefoot.errors import ParameterError
 from surefoot.models.footsteps import Side
 from surefoot.models.interfaces import OBSERVATION, Controller
@@ -37,7 +38,7 @@ WALK_RESULT = np.dtype(
 """One walk: when it ended [s], cycles, how, and the last observation."""
 
 
-@njit(cache=True, nogil=True)
+@njit
 def _walk(
     kernel, parameters, states, simulator, world, velocity, pushes, quiet_time, duration, result
 ):
@@ -65,7 +66,7 @@ def _walk(
         now = 1 - now
 
 
-@njit(cache=True, nogil=True)
+@njit
 def _walk_range(
     kernel, parameters, state, simulator, world, velocity, pushes, quiet, duration, results
 ):
@@ -84,7 +85,7 @@ def _pointer(kernel: Callable[..., None], parameters: np.dtype, state: np.dtype)
     """The kernel as a pointer to compiled code, of a type that the cache on disk understands."""
     record = numba.from_dtype
     signature = types.void(record(parameters), record(state), record(OBSERVATION), record(state))
-    return cfunc(signature, cache=True)(kernel.py_func)  # type: ignore[attr-defined]
+    return function_pointer(kernel, signature)
 
 
 def simulate_batch(

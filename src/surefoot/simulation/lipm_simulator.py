@@ -12,10 +12,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from surefoot.checks import check_number
+from surefoot.compiling import njit
 from surefoot.models.interfaces import OBSERVATION, Command, Observation
 from surefoot.models.lipm import com_flow, pushed_pivot
 from surefoot.models.pushes import Push, force_until_change, push_records
@@ -50,7 +50,7 @@ LIPM_WORLD = np.dtype(
 finished, and whether it has fallen."""
 
 
-@njit(cache=True)
+@njit
 def _move_com(parameters, zmp, pushes, start, end, observation):
     """Move CoM and DCM from `start` to `end` about a constant ZMP, exactly, push by push."""
     omega = parameters.omega
@@ -68,7 +68,7 @@ def _move_com(parameters, zmp, pushes, start, end, observation):
         observation.dcm[i] = observation.com[i] + observation.com_velocity[i] / omega
 
 
-@njit(cache=True)
+@njit
 def _move_foot(parameters, command, duration, observation):
     """Move the swing foot to where the command wants it, no faster than the leg can."""
     away_x = command.swing_foot[0] - observation.swing_foot[0]
@@ -87,7 +87,7 @@ def _move_foot(parameters, command, duration, observation):
     observation.swing_foot_velocity[2] = command.swing_foot_velocity[2]
 
 
-@njit(cache=True)
+@njit
 def _touch_down(observation):
     """The swing foot becomes the support foot, where it is; the other one leaves the ground."""
     for i in range(2):
@@ -101,7 +101,7 @@ def _touch_down(observation):
     observation.elapsed = 0.0
 
 
-@njit(cache=True)
+@njit
 def lipm_cycle(parameters, world, command, pushes, next_world):
     """One cycle of the world over records.
 
@@ -139,7 +139,7 @@ def lipm_cycle(parameters, world, command, pushes, next_world):
     next_world.fallen = 1 if distance > FALL_DISTANCE else 0
 
 
-@njit(cache=True)
+@njit
 def _lipm_step(parameters, world, command, pushes, next_world):
     lipm_cycle(parameters[0], world[0], command[0], pushes, next_world[0])
 

@@ -11,7 +11,8 @@ from dataclasses import dataclass
 from enum import Enum
 
 import numpy as np
-from numba import njit
+
+from surefoot.compiling import njit
 
 SETTLED_ERROR = 0.01
 """Largest DCM error of a settled step [m]."""
@@ -74,7 +75,7 @@ class Fall:
     limit: str
 
 
-@njit(cache=True)
+@njit
 def watch(monitor, observation, command):
     """Take one cycle, observation and the command that answered it, into the monitor."""
     if observation.support_side != monitor.support_side:
@@ -94,7 +95,7 @@ def watch(monitor, observation, command):
     monitor.error = max(monitor.error, error)
 
 
-@njit(cache=True)
+@njit
 def mean_velocity(monitor):
     """Mean velocity over the last two finished steps (x, y) [m/s]; NaN before there are two."""
     if monitor.touchdowns < 3:
@@ -106,7 +107,7 @@ def mean_velocity(monitor):
     )
 
 
-@njit(cache=True)
+@njit
 def is_settled(monitor, velocity_x: float, velocity_y: float) -> bool:
     """Whether the robot is on the nominal gait again; see the head of this file."""
     mean_x, mean_y = mean_velocity(monitor)
@@ -118,7 +119,7 @@ def is_settled(monitor, velocity_x: float, velocity_y: float) -> bool:
     )
 
 
-@njit(cache=True)
+@njit
 def watch_all(monitors, observations, commands):
     """Take a whole log into a monitor: arrays of records of the same length."""
     for i in range(observations.shape[0]):

@@ -1,0 +1,55 @@
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import surefoot as sf
+from surefoot.compiling import ROOMS, source_stamp
+
+SOURCE = Path(sf.__file__).parent
+
+ASK = """
+import numpy as np
+from surefoot.control.dcm_tracking import PLAN, tracking_error
+from surefoot.models.interfaces import COMMAND, OBSERVATION
+observation, plan, command = (np.zeros(1, dtype) for dtype in (OBSERVATION, PLAN, COMMAND))
+plan["start_offset"] = 0.5
+tracking_error(observation[0], 2.0, plan[0], command[0])
+print(command["dcm_plan"][0, 0], *tracking_error.stats.cache_hits.values())
+"""
+
+
+def ask(package: Path) -> list[str]:
+    """The planned DCM by a kernel that calls another file's, and whether it came from the cache."""
+    environment = os.environ | {"PYTHONPATH": str(package.parent)}
+    environment.pop("NUMBA_CACHE_DIR", None)
+    done = subprocess.run(
+        [sys.executable, "-c", ASK], env=environment, capture_output=True, text=True, check=True
+    )
+    return done.stdout.split()
+
+
+def test_a_kernel_is_compiled_anew_when_a_function_it_calls_has_changed(tmp_path: Path) -> None:
+    package = tmp_path / "surefoot"
+    shutil.copytree(SOURCE, package, ignore=shutil.ignore_patterns("__pycache__"))
+    assert ask(package) == ["1.0"]
+    assert ask(package) == ["1.0", "1"]  # from the cache
+    callee = package / "planning" / "dcm_plan.py"
+    text = callee.read_text()
+    assert "start_offset * growth" in text
+    callee.write_text(text.replace("start_offset * growth", "start_offset * growth * 3.0"))
+    assert ask(package) == ["3.0"]
+    assert ask(package) == ["3.0", "1"]
+
+
+def test_every_file_with_a_kernel_is_in_the_stamp() -> None:
+    homes = {
+        path.relative_to(SOURCE).parts[0]
+        for path in SOURCE.rglob("*.py")
+        if "@njit" in path.read_text() and path.name != "compiling.py"
+    }
+    assert homes <= set(ROOMS)
+    assert len(source_stamp()) == 64
