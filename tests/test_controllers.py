@@ -209,6 +209,21 @@ def test_a_new_velocity_does_not_make_the_plan_jump(make: Make) -> None:
         )
 
 
+@pytest.mark.parametrize("elapsed", [0.9, 5.0, 250.0, 1e6])
+def test_a_step_that_never_ends_gets_finite_commands(make: Make, elapsed: float) -> None:
+    """A foot that does not come down, or a robot that just stands: land now, and stay finite."""
+    controller = make((0.5, 0.0))
+    observation = controller.gait.observation(sf.Side.RIGHT)
+    command, _ = controller.step(
+        controller.start(observation), observation.replace(elapsed=elapsed, time=elapsed)
+    )
+    for name in command.DTYPE.names or ():
+        assert np.isfinite(command.array[name]).all(), name
+    if command.mode is sf.Mode.ADAPTING:
+        assert sf.Status.NO_TIME_LEFT in command.status
+        assert command.step_duration == elapsed
+
+
 @pytest.mark.parametrize("velocity", [(9.0, 0.0), (math.nan, 0.0)])
 def test_a_velocity_that_cannot_be_walked(make: Make, velocity) -> None:
     with pytest.raises(sf.VelocityError):
@@ -221,8 +236,10 @@ def test_a_velocity_that_cannot_be_walked(make: Make, velocity) -> None:
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ({"dcm_gain": 0.0}, r"`dcm_gain` above 0 \[1/s\]; got 0.0"),
+        ({"dcm_gain": 0.0}, r"`dcm_gain` above 0 \[1/s\] and finite; got 0.0"),
         ({"dcm_gain": math.nan}, "`dcm_gain` above 0"),
+        ({"dcm_gain": math.inf}, "`dcm_gain` above 0"),
+        ({"period": math.inf}, "`period` above 0"),
         ({"period": -0.001}, r"`period` above 0 \[s\]"),
         ({"robot": "paper-biped"}, r"a Robot; got 'paper-biped'; load one: surefoot.load_robot"),
     ],

@@ -146,7 +146,7 @@ def test_a_period_that_makes_no_sense(period: float) -> None:
     ("arguments", "message"),
     [
         ({"duration": 0.0}, r"`duration` above 0 \[s\]"),
-        ({"duration": math.inf}, "a finite duration"),
+        ({"duration": math.inf}, "`duration` above 0 .* and finite"),
         ({"velocity_changes": [(2.0, (0.1, 0.0)), (1.0, (0.2, 0.0))]}, "in order of time"),
     ],
 )

@@ -108,6 +108,11 @@ def test_the_largest_speed_named_can_be_walked_and_no_more(robot, heading) -> No
     sf.nominal_gait(robot, (named * direction[0], named * direction[1]))
 
 
+def test_no_direction_no_speed() -> None:
+    with pytest.raises(sf.VelocityError, match="a direction of some length"):
+        sf.largest_speed(sf.load_robot("paper-biped"), (0.0, 0.0))
+
+
 @pytest.mark.parametrize("velocity", [(math.nan, 0.0), (0.5,), 0.5, "fast", (0.0, math.inf), None])
 def test_a_velocity_that_is_none(velocity) -> None:
     with pytest.raises(sf.VelocityError, match="two finite numbers"):
@@ -119,6 +124,8 @@ def test_a_fixed_step_duration() -> None:
     assert sf.nominal_gait(robot, (0.5, 0.0), 0.4).step_length == pytest.approx(0.2)
     with pytest.raises(sf.ParameterError, match=r"a step duration in \[0.2, 0.8\] s"):
         sf.nominal_gait(robot, (0.5, 0.0), 0.9)
+    with pytest.raises(sf.ParameterError, match="`step_duration` above 0"):
+        sf.nominal_gait(robot, (0.5, 0.0), "long")  # type: ignore[arg-type]
     # At 1 m/s a step of 0.5 m takes 0.5 s: longer ones do not fit.
     with pytest.raises(sf.ParameterError, match=r"\[0.2, 0.5\]"):
         sf.nominal_gait(robot, (1.0, 0.0), 0.6)

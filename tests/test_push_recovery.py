@@ -73,6 +73,13 @@ def test_the_limit_is_the_first_failure_not_any(robot: sf.Robot) -> None:
         assert (outcome is sf.Outcome.RECOVERED) == (impulse < limit.impulse)
 
 
+def test_a_gait_that_fails_unpushed_is_told_as_zero(robot: sf.Robot) -> None:
+    unstable = sf.HybridController(robot, (0.5, 0.0), threshold=0.0, offset_weight=(1.0, 1.0))
+    assert sf.smallest_failing_push(unstable, (1.0, 0.0)).impulse in (0.0, 1.0)
+    tiny = sf.smallest_failing_push(sf.DcmTracking(robot, (0.5, 0.0)), (1.0, 0.0), largest=0.5)
+    assert tiny.impulse == math.inf
+
+
 def test_a_scan_that_finds_no_failure_says_so(robot: sf.Robot) -> None:
     limit = sf.smallest_failing_push(sf.HybridController(robot, (0.5, 0.0)), (1.0, 0.0), largest=20)
     assert limit.impulse == math.inf
@@ -83,6 +90,8 @@ def test_a_scan_that_finds_no_failure_says_so(robot: sf.Robot) -> None:
     ("arguments", "message"),
     [
         ({"direction": (0.0, 0.0)}, r"a direction \(x, y\) of some length"),
+        ({"direction": (1.0, 0.0, 0.0)}, r"`direction` as a pair"),
+        ({"direction": (math.nan, 0.0)}, "`direction` of at least"),
         ({"direction": (1.0, 0.0), "step": 0.0}, r"`step` above 0 \[N s\]"),
         ({"direction": (1.0, 0.0), "duration": -1.0}, r"`duration` above 0 \[s\]"),
     ],

@@ -24,6 +24,11 @@ def test_overlapping_pushes_add_up_and_their_edges_are_found() -> None:
     assert force_until_change(pushes, 1.2, 1.3) == (10.0, 1.0, 1.3)
 
 
+def test_what_is_no_push() -> None:
+    with pytest.raises(sf.ParameterError, match=r"a Push; got \(1, 2\)"):
+        push_records([(1, 2)])  # type: ignore[list-item]
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [

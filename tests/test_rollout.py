@@ -93,7 +93,7 @@ def test_no_fall_no_evidence(pushed_walk: sf.Rollout) -> None:
 
 
 def test_save_and_load(pushed_walk: sf.Rollout, tmp_path: Path) -> None:
-    path = tmp_path / "walk.npz"
+    path = tmp_path / "walk.NPZ"
     pushed_walk.save(path)
     loaded = sf.load_rollout(path)
     assert loaded.observations.tobytes() == pushed_walk.observations.tobytes()

@@ -114,6 +114,13 @@ def test_the_residual_sees_a_wrong_solution() -> None:
     assert sf.kkt_residual(problem, later).stationarity > 1e-5
 
 
+def test_a_changed_problem_is_checked_like_a_new_one() -> None:
+    problem = sf.HybridController(ROBOT, (0.5, 0.0)).step_problem(sf.Side.RIGHT)
+    assert problem.replace(tau_max=9.0).tau_max == 9.0
+    with pytest.raises(sf.ParameterError, match="`growth` to be a pair of finite numbers"):
+        problem.replace(growth=(math.nan, 0.0))
+
+
 @pytest.mark.parametrize(
     ("changes", "message"),
     [

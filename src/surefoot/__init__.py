@@ -28,7 +28,8 @@ if TYPE_CHECKING:
     from surefoot.models.viability import ViableOffsets, viable_offsets
     from surefoot.planning.nominal_gait import NominalGait, largest_speed, nominal_gait
     from surefoot.planning.optimality import KktResidual, kkt_residual
-    from surefoot.planning.step_adaptation import StepProblem, StepSolution, solve_step
+    from surefoot.planning.step_adaptation import solve_step
+    from surefoot.planning.step_problem import StepProblem, StepSolution
     from surefoot.simulation.lipm_simulator import LipmSimulator
     from surefoot.simulation.outcome import Fall, Outcome
     from surefoot.simulation.rollout import Rollout, load_rollout
@@ -55,7 +56,8 @@ _HOMES = {
     "models.viability": ("ViableOffsets", "viable_offsets"),
     "planning.nominal_gait": ("NominalGait", "largest_speed", "nominal_gait"),
     "planning.optimality": ("KktResidual", "kkt_residual"),
-    "planning.step_adaptation": ("StepProblem", "StepSolution", "solve_step"),
+    "planning.step_adaptation": ("solve_step",),
+    "planning.step_problem": ("StepProblem", "StepSolution"),
     "simulation.lipm_simulator": ("LipmSimulator",),
     "simulation.outcome": ("Fall", "Outcome"),
     "simulation.rollout": ("Rollout", "load_rollout"),

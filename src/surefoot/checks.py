@@ -10,8 +10,16 @@ from tempfile import TemporaryFile
 from surefoot.errors import FileError, ParameterError
 
 
-def check_number(name: str, value: float, least: float, unit: str, *, above: bool = False) -> None:
-    """Refuse a parameter that is no number, NaN, or too small; infinity is allowed.
+def check_number(
+    name: str,
+    value: float,
+    least: float,
+    unit: str,
+    *,
+    above: bool = False,
+    endless: bool = False,
+) -> None:
+    """Refuse a parameter that is no number, not finite, or too small.
 
     Args:
         name: what the caller calls it.
@@ -19,14 +27,16 @@ def check_number(name: str, value: float, least: float, unit: str, *, above: boo
         least: smallest value allowed.
         unit: of the value, for the message.
         above: whether `least` itself is refused too.
+        endless: whether infinity is allowed.
 
     Raises:
         ParameterError: the value is not allowed.
     """
-    good = isinstance(value, (int, float)) and not math.isnan(value)
-    if not good or value < least or (above and value == least):
+    good = isinstance(value, (int, float)) and (math.isfinite(value) or value == math.inf)
+    if not good or value < least or (above and value == least) or not (endless or value < math.inf):
         raise ParameterError(
-            f"`{name}` {'above' if above else 'of at least'} {least:g} [{unit}]",
+            f"`{name}` {'above' if above else 'of at least'} {least:g} [{unit}]"
+            f"{'' if endless else ' and finite'}",
             repr(value),
             "leave it out for the default",
         )

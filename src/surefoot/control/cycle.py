@@ -21,8 +21,14 @@ SWING = np.dtype(
 """Parameters of the swing foot: apex [m], downward speed at touchdown [m/s], speed limit [m/s],
 control period [s]."""
 
-QUINTIC_PEAK = 1.875
-"""Largest speed of the quintic from rest to rest, in units of its mean speed."""
+SPEED_SAMPLES = 12
+"""Where the speed of the way ahead is looked at; a quintic has no narrower peaks."""
+
+SPEED_TOLERANCE = 1e-3
+"""Fraction of the speed limit that the samples may exceed: a foot at its limit is not too fast."""
+
+LARGEST_EXPONENT = 60.0
+"""omega t counts no further than this, some 17 s: a step has long ended by then."""
 
 REACH_TOLERANCE = 1e-9
 """A landing no further out of reach than this is reached [m]."""
@@ -44,9 +50,38 @@ def is_finite(observation) -> bool:
 
 
 @njit
+def growth_since_touchdown(omega: float, elapsed: float) -> float:
+    """e^(omega t), for a robot that stands and stands too: it stays finite."""
+    return math.exp(min(omega * elapsed, LARGEST_EXPONENT))
+
+
+@njit
 def side_index(support_side: int) -> int:
     """Row of a per-side table: 0 for the right foot on the ground, 1 for the left."""
     return 0 if support_side > 0 else 1
+
+
+@njit
+def too_fast(swing, observation, previous, new_step, left, command) -> bool:
+    """Whether the smooth way to the landing would exceed the speed limit of the leg."""
+    limit = swing.max_speed * (1.0 + SPEED_TOLERANCE)
+    for k in range(SPEED_SAMPLES):
+        speed = 0.0
+        for i in range(2):
+            acceleration = 0.0 if new_step else previous.swing_foot_acceleration[i]
+            _, velocity, _ = quintic(
+                observation.swing_foot[i],
+                observation.swing_foot_velocity[i],
+                acceleration,
+                command.step_location[i],
+                0.0,
+                left,
+                left * k / SPEED_SAMPLES,
+            )
+            speed = math.hypot(speed, velocity)
+        if speed > limit:
+            return True
+    return False
 
 
 @njit
@@ -57,7 +92,11 @@ def _move_over_ground(swing, observation, previous, new_step, left, command):
     distance = math.hypot(away_x, away_y)
     if distance > swing.max_speed * left + REACH_TOLERANCE:
         command.status |= _UNREACHABLE
-    hurry = distance * QUINTIC_PEAK > swing.max_speed * left
+    hurry = (
+        swing.max_speed < math.inf
+        and distance > 0.0
+        and too_fast(swing, observation, previous, new_step, left, command)
+    )
     for i in range(2):
         if hurry:
             direction = (away_x if i == 0 else away_y) / distance
@@ -136,7 +175,8 @@ def command_swing(swing, observation, previous, previous_lift, new_step, command
         command.step_location[0] - observation.swing_foot[0],
         command.step_location[1] - observation.swing_foot[1],
     )
-    if away > swing.max_speed * swing.period + REACH_TOLERANCE:
+    reach = swing.max_speed * left if left > 0.0 else 0.0
+    if swing.max_speed < math.inf and away > reach + REACH_TOLERANCE:
         command.status |= _UNREACHABLE
     for i in range(3):
         command.swing_foot[i] = command.step_location[i] if i < 2 else 0.0

@@ -17,7 +17,13 @@ from numpy.typing import NDArray
 
 from surefoot.checks import check_number
 from surefoot.compiling import njit
-from surefoot.control.cycle import SWING, command_swing, is_finite, side_index
+from surefoot.control.cycle import (
+    SWING,
+    command_swing,
+    growth_since_touchdown,
+    is_finite,
+    side_index,
+)
 from surefoot.errors import ParameterError
 from surefoot.models.footsteps import Side
 from surefoot.models.interfaces import COMMAND, Command, Mode, Observation, Status
@@ -131,7 +137,8 @@ def tracking_cycle(parameters, state, observation, next_state):
     new_step = observation.support_side != plan.support_side
     if new_step:
         begin_plan(parameters, observation, False, plan)
-    tracking_error(observation, math.exp(parameters.omega * observation.elapsed), plan, command)
+    growth = growth_since_touchdown(parameters.omega, observation.elapsed)
+    tracking_error(observation, growth, plan, command)
     track(parameters, observation, plan, command)
     plan.lift = command_swing(
         parameters.swing, observation, state.command, plan.lift, new_step, command
@@ -179,13 +186,14 @@ def first_plan(gait: NominalGait, observation: Observation, state: NDArray[np.vo
     Raises:
         ParameterError: the observation holds a NaN or an infinity, or no side.
     """
-    if not is_finite.py_func(observation) or observation.support_side not in tuple(Side):
+    known = observation.array["support_side"][0] in tuple(Side)
+    if not (known and is_finite.py_func(observation)):
         raise ParameterError(
             "a first observation of finite numbers and a Side",
             repr(observation),
             "wait for the estimator before starting the controller",
         )
-    side = Side(observation.support_side)
+    side = observation.support_side
     plan, command = state["plan"][0], state["command"][0]
     plan["support_side"], plan["step_duration"] = side, gait.step_duration
     plan["start_offset"] = gait.start_offset(side)

@@ -18,7 +18,12 @@ from numpy.typing import NDArray
 
 from surefoot.checks import check_number, check_pair
 from surefoot.compiling import njit
-from surefoot.control.cycle import command_swing, is_finite, side_index
+from surefoot.control.cycle import (
+    command_swing,
+    growth_since_touchdown,
+    is_finite,
+    side_index,
+)
 from surefoot.control.dcm_tracking import (
     DEFAULT_DCM_GAIN,
     PLAN,
@@ -36,11 +41,13 @@ from surefoot.models.interfaces import COMMAND, Command, Mode, Observation
 from surefoot.models.record import new_array
 from surefoot.models.robot import Robot
 from surefoot.planning.nominal_gait import NominalGait, nominal_gait
-from surefoot.planning.step_adaptation import (
+from surefoot.planning.step_adaptation import solve_step_record
+from surefoot.planning.step_problem import (
+    OFFSET_PENALTY,
+    OFFSET_WEIGHT,
     STEP_PROBLEM,
     STEP_SOLUTION,
     StepProblem,
-    solve_step_record,
 )
 
 HYBRID = np.dtype([("tracking", TRACKING), ("threshold", "f8"), ("problem", STEP_PROBLEM, (2,))])
@@ -82,7 +89,7 @@ def hybrid_cycle(parameters, state, observation, next_state):
     next_state.plan = state.plan
     plan, command = next_state.plan, next_state.command
     tracking = parameters.tracking
-    growth = math.exp(tracking.omega * observation.elapsed)
+    growth = growth_since_touchdown(tracking.omega, observation.elapsed)
     new_step = observation.support_side != plan.support_side
     if new_step:
         begin_plan(tracking, observation, plan.adapting != 0, plan)
@@ -115,9 +122,7 @@ class HybridController:
         project_zmp: keep the ZMP of tracking inside the foot.
         step_weight: (a1, a2) on the step vector [1/m^2].
         tau_weight: a3 on tau [-].
-        offset_weight: (a4, a5) on the DCM offset; they must dominate [1/m^2]. Forward, a large
-            push drives the step to its limit, and only the timing is left to bring the offset
-            back: the default a4 keeps it within a millimetre of nominal there.
+        offset_weight: (a4, a5) on the DCM offset; they must dominate [1/m^2].
         offset_penalty: on half the squared violation of the offset bounds [1/m^2].
         step_duration: T_nom, chosen from the velocity if None [s].
         period: control period [s].
@@ -134,8 +139,8 @@ class HybridController:
     project_zmp: bool = True
     step_weight: tuple[float, float] = (1.0, 1.0)
     tau_weight: float = 1.0
-    offset_weight: tuple[float, float] = (20000.0, 1000.0)
-    offset_penalty: float = 1e6
+    offset_weight: tuple[float, float] = OFFSET_WEIGHT
+    offset_penalty: float = OFFSET_PENALTY
     step_duration: float | None = None
     period: float = 0.001
     gait: NominalGait = field(init=False, repr=False)
@@ -143,7 +148,7 @@ class HybridController:
 
     def __post_init__(self) -> None:
         check_robot(self.robot)
-        check_number("threshold", self.threshold, 0.0, "m")
+        check_number("threshold", self.threshold, 0.0, "m", endless=True)
         check_number("dcm_gain", self.dcm_gain, 0.0, "1/s", above=True)
         check_number("period", self.period, 0.0, "s", above=True)
         check_pair("step_weight", self.step_weight, 0.0, "1/m^2")

@@ -74,6 +74,7 @@ class GaitLimits(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_onl
         Returns:
             Lower and upper corner (x, y) [m].
         """
+        support_side = Side(support_side)
         inner, outer = hip + self.step_y[0], hip + self.step_y[1]
         low_y, high_y = (inner, outer) if support_side is Side.RIGHT else (-outer, -inner)
         return (self.step_x[0], low_y), (self.step_x[1], high_y)

@@ -99,7 +99,11 @@ class Observation(Record):
     support_foot: NDArray[np.float64]
     swing_foot: NDArray[np.float64]
     swing_foot_velocity: NDArray[np.float64]
-    support_side: int
+
+    @property
+    def support_side(self) -> Side:
+        """Which foot is on the ground."""
+        return Side(int(self.array["support_side"][0]))
 
     def __init__(
         self,
@@ -130,8 +134,6 @@ class Command(Record):
             comes first (x, y, z) [m].
         swing_foot_velocity: likewise [m/s].
         swing_foot_acceleration: likewise [m/s^2].
-        mode: a `Mode`.
-        status: `Status` flags.
     """
 
     __slots__ = ()
@@ -144,8 +146,16 @@ class Command(Record):
     swing_foot: NDArray[np.float64]
     swing_foot_velocity: NDArray[np.float64]
     swing_foot_acceleration: NDArray[np.float64]
-    mode: int
-    status: int
+
+    @property
+    def mode(self) -> Mode:
+        """Which part of the controller is at work."""
+        return Mode(int(self.array["mode"][0]))
+
+    @property
+    def status(self) -> Status:
+        """What the decision could not keep."""
+        return Status(int(self.array["status"][0]))
 
 
 @runtime_checkable

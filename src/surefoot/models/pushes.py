@@ -69,9 +69,17 @@ class Push:
 
 
 def push_records(pushes: Sequence[Push]) -> NDArray[np.void]:
-    """The pushes as an array of `PUSH` records, shape (number of pushes,)."""
+    """The pushes as an array of `PUSH` records, shape (number of pushes,).
+
+    Raises:
+        ParameterError: one of them is no `Push`.
+    """
     records = np.zeros(len(pushes), PUSH)
     for record, push in zip(records, pushes, strict=True):
+        if not isinstance(push, Push):
+            raise ParameterError(
+                "a Push", repr(push), "write Push(start=1.1, duration=0.2, force=(176.0, 0.0))"
+            )
         record["start"], record["end"], record["force"] = push.start, push.end, push.force
     return records
 

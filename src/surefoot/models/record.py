@@ -58,7 +58,9 @@ class Record:
         return hash(self.array.tobytes())
 
     def __repr__(self) -> str:
-        fields = ", ".join(f"{name}={getattr(self, name)!r}" for name in self.DTYPE.names or ())
+        # As stored: a record with a broken field must still be able to show itself.
+        values = zip(self.DTYPE.names or (), self.array[0].tolist(), strict=True)
+        fields = ", ".join(f"{name}={value!r}" for name, value in values)
         return f"{type(self).__name__}({fields})"
 
 

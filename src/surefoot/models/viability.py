@@ -37,15 +37,23 @@ class ViableOffsets:
 def lateral_offsets(robot: Robot) -> tuple[float, float]:
     """The lateral bounds for a point foot, measured towards the swing side of the landed foot.
 
-    e_min = (E w_in - w_out) / (E^2 - 1), e_max = (E w_out - w_in) / (E^2 - 1).
+    The widest step after the shortest time holds the largest offset, e_max = (w_out - e_min) / E,
+    and the narrowest one the least, e_min = (w_in - e_max) / E', each handing the other's bound to
+    the next foot:
+
+        e_min = (E w_in - w_out) / (E E' - 1),   e_max = (w_out - e_min) / E.
+
+    E' = E as long as e_min is negative. Where the lateral range is narrow it is positive: then the
+    DCM must not come too close to the foot, and waiting helps, E' = e^(omega T_max).
 
     Returns:
         e_min, e_max [m].
     """
-    growth = math.exp(robot.omega * robot.gait.step_duration[0])
+    shortest, longest = (math.exp(robot.omega * time) for time in robot.gait.step_duration)
     inner, outer = robot.hip + robot.gait.step_y[0], robot.hip + robot.gait.step_y[1]
-    scale = growth * growth - 1.0
-    return (growth * inner - outer) / scale, (growth * outer - inner) / scale
+    least = shortest * inner - outer
+    least /= shortest * (shortest if least < 0.0 else longest) - 1.0
+    return least, (outer - least) / shortest
 
 
 def viable_offsets(
@@ -62,6 +70,7 @@ def viable_offsets(
     Returns:
         The bounds.
     """
+    support_side = Side(support_side)
     growth = math.exp(robot.omega * robot.gait.step_duration[0])
     low_x, high_x = (step / (growth - 1.0) for step in robot.gait.step_x)
     low_e, high_e = lateral_offsets(robot)

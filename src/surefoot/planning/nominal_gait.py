@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from surefoot.checks import check_number
 from surefoot.errors import ParameterError, VelocityError
 from surefoot.models.footsteps import Side
 from surefoot.models.interfaces import Observation
@@ -62,7 +63,7 @@ class NominalGait:
 
     def dcm_offset(self, support_side: Side) -> tuple[float, float]:
         """d_nom = dcm(T) - p_next at the end of a step in the given support (x, y) [m]."""
-        return self.start_offset(support_side.other)
+        return self.start_offset(Side(support_side).other)
 
     def com_offset(self, support_side: Side) -> tuple[float, float]:
         """CoM relative to the foot that begins to stand, on the periodic gait.
@@ -98,7 +99,7 @@ class NominalGait:
             dcm=dcm,
             support_foot=foot,
             support_side=support_side,
-            swing_foot=(*(foot - self.step(support_side.other)), 0.0),
+            swing_foot=(*(foot - self.step(Side(support_side).other)), 0.0),
         )
 
 
@@ -137,6 +138,7 @@ def nominal_gait(
     if step_duration is None:
         duration = 0.5 * (shortest + upper)
     else:
+        check_number("step_duration", step_duration, 0.0, "s", above=True)
         duration = float(step_duration)
         if not shortest <= duration <= upper:
             raise ParameterError(
@@ -160,10 +162,15 @@ def largest_speed(robot: Robot, direction: tuple[float, float]) -> float:
     Args:
         robot: whose limits hold.
         direction: (x, y), of any length but zero.
+
+    Raises:
+        VelocityError: the direction is none.
     """
-    length = math.hypot(*direction)
-    unit = direction[0] / length, direction[1] / length
-    return _duration_for_reach(robot, *unit) / robot.gait.step_duration[0]
+    x, y = _checked_velocity(direction)
+    length = math.hypot(x, y)
+    if length == 0.0:
+        raise VelocityError("a direction of some length", f"{direction}", "write (1.0, 0.0)")
+    return _duration_for_reach(robot, x / length, y / length) / robot.gait.step_duration[0]
 
 
 def _duration_for_reach(robot: Robot, v_x: float, v_y: float) -> float:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from surefoot.planning.step_adaptation import StepProblem, StepSolution
+from surefoot.planning.step_problem import StepProblem, StepSolution
 
 
 @dataclass(frozen=True)

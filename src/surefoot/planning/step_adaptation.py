@@ -14,16 +14,10 @@ the solution. No iteration to a tolerance, no allocation.
 
 from __future__ import annotations
 
-import math
-from typing import Any
-
-import numpy as np
-from numpy.typing import NDArray
-
 from surefoot.compiling import njit
-from surefoot.errors import ParameterError
 from surefoot.models.interfaces import Status
-from surefoot.models.record import Record, fill, new_array
+from surefoot.models.record import new_array
+from surefoot.planning.step_problem import STEP_SOLUTION, StepProblem, StepSolution
 
 NEWTON_STEPS = 4
 """Newton's method rarely needs more than two or three evaluations; then the kinks are bisected."""
@@ -37,121 +31,9 @@ VIOLATION_TOLERANCE = 1e-6
 _LEAST_WEIGHT = 1e-16
 """Relative floor of the weights: where the problem has many solutions, the nearest to nominal."""
 
-STEP_PROBLEM = np.dtype(
-    [
-        ("growth", "f8", (2,)),
-        ("nominal_step", "f8", (2,)),
-        ("nominal_tau", "f8"),
-        ("nominal_offset", "f8", (2,)),
-        ("step_min", "f8", (2,)),
-        ("step_max", "f8", (2,)),
-        ("tau_min", "f8"),
-        ("tau_max", "f8"),
-        ("offset_min", "f8", (2,)),
-        ("offset_max", "f8", (2,)),
-        ("step_weight", "f8", (2,)),
-        ("tau_weight", "f8"),
-        ("offset_weight", "f8", (2,)),
-        ("offset_penalty", "f8"),
-    ],
-)
-
-STEP_SOLUTION = np.dtype(
-    [
-        ("step", "f8", (2,)),
-        ("tau", "f8"),
-        ("offset", "f8", (2,)),
-        ("multiplier", "f8", (2,)),
-        ("violation", "f8"),
-        ("status", "i8"),
-        ("iterations", "i8"),
-    ],
-)
-
 _OFFSET_VIOLATED = int(Status.OFFSET_VIOLATED)
 _NO_TIME_LEFT = int(Status.NO_TIME_LEFT)
 _NO_STEP_LEFT = int(Status.NO_STEP_LEFT)
-
-
-class StepProblem(Record):
-    """One decision about the next landing.
-
-    Args:
-        growth: (A, B) = (dcm - p) e^(-omega t) [m].
-        nominal_step: (X_nom, Y_nom + s hip) [m].
-        nominal_tau: e^(omega T_nom).
-        nominal_offset: d_nom of the NEXT foot (x, y) [m].
-        step_min, step_max: box of the step vector (x, y) [m].
-        tau_min, tau_max: interval of tau; tau_min also holds e^(omega t).
-        offset_min, offset_max: soft bounds on d (x, y) [m].
-        step_weight: (a1, a2) [1/m^2].
-        tau_weight: a3 [-].
-        offset_weight: (a4, a5) [1/m^2].
-        offset_penalty: rho, on half the squared violation [1/m^2].
-
-    An empty interval is not an error: see `solve_step` for its answer.
-
-    Raises:
-        ParameterError: a value is no pair where it should be, not finite, or a negative weight.
-    """
-
-    __slots__ = ()
-    DTYPE = STEP_PROBLEM
-
-    def __init__(
-        self,
-        *,
-        growth: tuple[float, float],
-        nominal_step: tuple[float, float],
-        nominal_tau: float,
-        nominal_offset: tuple[float, float],
-        step_min: tuple[float, float],
-        step_max: tuple[float, float],
-        tau_min: float,
-        tau_max: float,
-        offset_min: tuple[float, float],
-        offset_max: tuple[float, float],
-        step_weight: tuple[float, float] = (1.0, 1.0),
-        tau_weight: float = 1.0,
-        offset_weight: tuple[float, float] = (1000.0, 1000.0),
-        offset_penalty: float = 1e6,
-    ) -> None:
-        given = locals()
-        fill(
-            self,
-            {
-                name: _checked(name, given[name], STEP_PROBLEM[name].shape)
-                for name in STEP_PROBLEM.names or ()
-            },
-        )
-
-
-class StepSolution(Record):
-    """The answer to a `StepProblem`.
-
-    Attributes:
-        step: (X, Y) from the support foot to the landing [m].
-        tau: e^(omega T).
-        offset: d at landing (x, y) [m].
-        multiplier: of the equalities X + d_x = A tau and Y + d_y = B tau [1/m].
-        violation: largest violation of the soft bounds on d [m].
-        status: `Status` flags.
-        iterations: evaluations of the derivative, at most `MAX_ITERATIONS`.
-    """
-
-    __slots__ = ()
-    DTYPE = STEP_SOLUTION
-    step: NDArray[np.float64]
-    tau: float
-    offset: NDArray[np.float64]
-    multiplier: NDArray[np.float64]
-    violation: float
-    iterations: int
-
-    @property
-    def status(self) -> Status:
-        """What the decision could not keep."""
-        return Status(int(self.array["status"][0]))
 
 
 def solve_step(problem: StepProblem) -> StepSolution:
@@ -170,24 +52,6 @@ def solve_step(problem: StepProblem) -> StepSolution:
     solution = new_array(STEP_SOLUTION)
     _solve_first(problem.array, solution)
     return StepSolution.of(solution)
-
-
-def _checked(name: str, value: Any, shape: tuple[int, ...]) -> NDArray[np.float64]:
-    try:
-        numbers = np.asarray(value, dtype=np.float64)
-    except (TypeError, ValueError):
-        numbers = np.array(math.nan)
-    if numbers.shape != shape or not np.isfinite(numbers).all():
-        raise ParameterError(
-            f"`{name}` to be {'a pair of finite numbers (x, y)' if shape else 'a finite number'}",
-            repr(value),
-            "see the docstring of StepProblem for units",
-        )
-    if name.endswith(("weight", "penalty")) and (numbers < 0.0).any():
-        raise ParameterError(
-            f"`{name}` not to be negative", repr(value), "use 0 for a term that does not matter"
-        )
-    return numbers
 
 
 @njit(error_model="numpy")

@@ -64,7 +64,10 @@ class Rollout:
 
     @property
     def time(self) -> NDArray[np.float64]:
-        """Instants of the cycles, shape (n,) [s]; touchdowns are among them."""
+        """Instants of the cycles, shape (n,) [s], touchdowns among them.
+
+        A foot that lands at once lands in a cycle of no length: an instant may occur twice.
+        """
         return self.observations["time"]
 
     @property
@@ -243,13 +246,15 @@ class Rollout:
             "fallen": self.fallen,
         }
         try:
-            np.savez_compressed(
-                path,
-                about=np.array(json.dumps(about)),
-                observations=self.observations,
-                commands=self.commands,
-                decision_time=self.decision_time,
-            )
+            # Opened here, since np.savez would add an ending to "walk.NPZ".
+            with path.open("wb") as file:
+                np.savez_compressed(
+                    file,
+                    about=np.array(json.dumps(about)),
+                    observations=self.observations,
+                    commands=self.commands,
+                    decision_time=self.decision_time,
+                )
         except OSError as error:
             raise FileError(
                 "a file that can be written", f"{path}: {error}", "choose another place"

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from surefoot.checks import check_number
+from surefoot.checks import check_number, check_pair
 from surefoot.errors import ParameterError
 from surefoot.models.footsteps import Side
 from surefoot.models.interfaces import Controller
@@ -30,7 +30,8 @@ class PushLimit:
 
     Attributes:
         direction: unit vector of the push (x, y).
-        impulse: the smallest that fails, inf if none up to `scanned` does [N s].
+        impulse: the smallest that fails, 0 if the gait fails unpushed, inf if none up to
+            `scanned` does [N s].
         delta_v: impulse / mass [m/s].
         fell: whether it fell there; otherwise it kept walking without settling.
         scanned: the largest impulse that was tried [N s].
@@ -77,8 +78,9 @@ def smallest_failing_push(
     Raises:
         ParameterError: the direction is zero, or a number is not positive.
     """
+    check_pair("direction", direction, -math.inf, "-")
     length = math.hypot(*direction)
-    if not (math.isfinite(length) and length > 0.0):
+    if length == 0.0:
         raise ParameterError(
             "a direction (x, y) of some length", repr(direction), "write (1.0, 0.0) for forward"
         )
@@ -88,7 +90,7 @@ def smallest_failing_push(
         check_number(name, value, 0.0, unit, above=True)
     unit_vector = (direction[0] / length, direction[1] / length)
     mass = controller.robot.mass
-    impulses: NDArray[np.float64] = step * np.arange(1.0, math.floor(largest / step) + 1)
+    impulses: NDArray[np.float64] = step * np.arange(math.floor(largest / step) + 1.0)
     # In portions, so that a scan ends soon after the first failure.
     for portion in np.array_split(impulses, math.ceil(len(impulses) / 64)):
         results = _push_all(
