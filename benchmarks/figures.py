@@ -111,12 +111,13 @@ def machine() -> dict[str, Any]:
 
 
 def in_words(value: float | None, unit: str = "s") -> str:
-    """A value with three digits and a fitting unit; a dash for none."""
+    """A value with three digits and a fitting unit, M/s for millions a second; a dash for none."""
     if value is None:
         return "-"
+    if unit == "1/s":
+        return f"{value * 1e-6:.3g} M/s"
     if unit != "s":
-        number = f"{value:.2e}" if value >= 1e5 else f"{value:.3g}"
-        return f"{number} {unit}".strip()
+        return f"{value:.3g} {unit}".strip()
     scale, name = next(pair for pair in _TIMES if value >= pair[0])
     return f"{value / (scale or 1e-9):.3g} {name}"
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from time import perf_counter_ns
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -68,7 +69,7 @@ def measure(tasks: Sequence[Task], rounds: int) -> list[Figure]:
 
 
 def time_blocks(
-    run: Callable[[object], object], blocks: Sequence[object], size: int
+    run: Callable[[Any], object], blocks: Sequence[Any], size: int
 ) -> NDArray[np.float64]:
     """The time of one piece in each block of `size` pieces, shape (number of blocks,) [s].
 
@@ -82,9 +83,7 @@ def time_blocks(
     return times * (1e-9 / size)
 
 
-def time_calls(
-    call: Callable[[object], object], arguments: Sequence[object]
-) -> NDArray[np.float64]:
+def time_calls(call: Callable[[Any], object], arguments: Sequence[Any]) -> NDArray[np.float64]:
     """The time of every single call, the timer's own time included, shape (n,) [s]."""
     return time_blocks(call, arguments, 1)
 

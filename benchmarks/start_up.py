@@ -31,6 +31,13 @@ controller = sf.HybridController(sf.load_robot("paper-biped"), velocity=(0.5, 0.
 print(sf.simulate(controller, duration=2.0).outcome)
 """
 
+WITHOUT_GUESTS = """
+import sys
+for name in ("scipy", "coverage", "yaml"):
+    sys.modules[name] = None  # As if it were not installed.
+"""
+"""Numba imports these if they are there; an installation of the core has none of them."""
+
 IMPORT = """
 import sys
 from time import perf_counter
@@ -54,6 +61,8 @@ def start_up_figures(report: Report, console: Console, repeats: int) -> list[Fig
         Figure("interpreter alone: python -c pass", _median([*python, "pass"], repeats)),
         Figure("first decision, warm compile cache", _median([*python, DECISION], repeats),
                target=1.0),
+        Figure("  the same without what the core does not install",
+               _median([*python, WITHOUT_GUESTS + DECISION], repeats), target=1.0),
         Figure("first walk of 2 s, warm compile cache", _median([*python, WALK], repeats)),
     ]  # fmt: skip
     if repeats < 3:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 from numba import njit
-from numba.core.runtime import _nrt_python, rtsys
+from numba.core.runtime import _nrt_python  # type: ignore[attr-defined]
+from numba.core.runtime.nrt import rtsys
 from numpy.typing import NDArray
 
 import surefoot as sf
@@ -14,7 +16,8 @@ from figures import Report
 from rounds import Task, time_blocks
 from step_problems import StepProblems, iterations_of, solve_block
 from surefoot.models.record import new_array
-from surefoot.planning.step_adaptation import MAX_ITERATIONS, STEP_SOLUTION
+from surefoot.planning.step_adaptation import MAX_ITERATIONS
+from surefoot.planning.step_problem import STEP_SOLUTION
 
 BLOCK = 256
 """Solves between two readings of the clock, so that a call from Python counts little."""
@@ -52,7 +55,7 @@ def python_tasks(problems: StepProblems) -> list[Task]:
         for problem, (growth, tau_min) in block:
             sf.solve_step(problem.replace(growth=growth, tau_min=tau_min))
 
-    def build(block: Sequence[dict[str, object]]) -> None:
+    def build(block: Sequence[dict[str, Any]]) -> None:
         for values in block:
             sf.solve_step(sf.StepProblem(**values))
 
@@ -100,7 +103,7 @@ def report_allocations(report: Report, problems: StepProblems) -> None:
     )
 
 
-@njit(cache=True)
+@njit
 def _allocating_loop(inputs):
     total = 0.0
     for i in range(inputs.shape[0]):
@@ -108,11 +111,11 @@ def _allocating_loop(inputs):
     return total
 
 
-def _allocations(run: object, *arguments: object) -> int:
+def _allocations(run: Callable[..., object], *arguments: object) -> int:
     """How often a call of a compiled function allocates; called once before, to be compiled."""
-    run(*arguments)  # type: ignore[operator]
+    run(*arguments)
     before = rtsys.get_allocation_stats().alloc
-    run(*arguments)  # type: ignore[operator]
+    run(*arguments)
     return rtsys.get_allocation_stats().alloc - before
 
 

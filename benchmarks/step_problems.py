@@ -10,11 +10,8 @@ from numba import njit
 from numpy.typing import NDArray
 
 import surefoot as sf
-from surefoot.planning.step_adaptation import (
-    MAX_ITERATIONS,
-    STEP_SOLUTION,
-    solve_step_record,
-)
+from surefoot.planning.step_adaptation import MAX_ITERATIONS, solve_step_record
+from surefoot.planning.step_problem import STEP_SOLUTION
 
 ROBOT = "paper-biped"
 
@@ -55,7 +52,7 @@ class StepProblems:
         return problems
 
 
-@njit(cache=True)
+@njit
 def solve_block(table, inputs, solution):
     """Solve one decision after the other; returns a sum, so that nothing can be left out."""
     total = 0.0
@@ -66,7 +63,7 @@ def solve_block(table, inputs, solution):
     return total
 
 
-@njit(cache=True)
+@njit
 def count_iterations(table, inputs, iterations, violations):
     """Write how often each solve evaluated the derivative, and how far its offset is out [m]."""
     solution = np.zeros(1, STEP_SOLUTION)[0]
@@ -147,7 +144,8 @@ def _decisions(
     walk = sf.simulate(controller, duration, [push])
     tau_now = np.exp(controller.robot.omega * walk.observations["elapsed"])
     growth = (walk.dcm - walk.support_foot) / tau_now[:, None]
-    return np.column_stack((first + (walk.support_side < 0), growth, tau_now))
+    rows = np.where(walk.support_side > 0, float(first), first + 1.0)
+    return np.column_stack((rows, growth, tau_now))
 
 
 def _random_problem(rng: np.random.Generator) -> sf.StepProblem:

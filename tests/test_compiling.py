@@ -13,12 +13,13 @@ SOURCE = Path(sf.__file__).parent
 
 ASK = """
 import numpy as np
-from surefoot.control.dcm_tracking import PLAN, tracking_error
+from surefoot.control.dcm_tracking import PLAN, TRACKING, follow_plan
 from surefoot.models.interfaces import COMMAND, OBSERVATION
-observation, plan, command = (np.zeros(1, dtype) for dtype in (OBSERVATION, PLAN, COMMAND))
+records = [np.zeros(1, dtype) for dtype in (TRACKING, OBSERVATION, PLAN, COMMAND)]
+tracking, observation, plan, command = records
 plan["start_offset"] = 0.5
-tracking_error(observation[0], 2.0, plan[0], command[0])
-print(command["dcm_plan"][0, 0], *tracking_error.stats.cache_hits.values())
+follow_plan(tracking[0], observation[0], 2.0, plan[0], command[0])
+print(command["dcm_plan"][0, 0], *follow_plan.stats.cache_hits.values())
 """
 
 

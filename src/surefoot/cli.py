@@ -98,6 +98,14 @@ def main() -> None:
     help="Speed limit of the swing foot; the robot's own if left out.",
 )
 @click.option(
+    "--double-support",
+    type=float,
+    default=0.0,
+    show_default=True,
+    metavar="FRACTION",
+    help="Part of each step for which both feet share the load, for example 0.2.",
+)
+@click.option(
     "--unprojected",
     is_flag=True,
     help="Let the ZMP of tracking leave the foot, as the paper's figures do.",
@@ -117,7 +125,8 @@ def main() -> None:
 @click.option("--json", "as_json", is_flag=True, help="Print JSON instead of a table.")
 def walk(
     robot: str, velocity: tuple[float, float], changes: tuple[str, ...], controller: str,
-    duration: float, pushes: tuple[str, ...], leg_speed: float | None, unprojected: bool,
+    duration: float, pushes: tuple[str, ...], leg_speed: float | None,
+    double_support: float, unprojected: bool,
     plot: Path | None, save: Path | None, as_json: bool,
 ) -> None:  # fmt: skip
     """Walk, get pushed, recover; tell what happened.
@@ -132,7 +141,13 @@ def walk(
     velocities = [(time, (x, y)) for x, y, time in map(parse_change, changes)]
     _check_outputs(plot, save)
     with _compiling_notice():
-        brain = _controller(controller, _robot(robot, leg_speed), velocity, not unprojected)
+        brain = _controller(
+            controller,
+            _robot(robot, leg_speed),
+            velocity,
+            project_zmp=not unprojected,
+            double_support=double_support,
+        )
         from surefoot.simulation.outcome import Outcome
         from surefoot.simulation.simulate import simulate
 
@@ -236,13 +251,13 @@ def _robot(name_or_path: str, leg_speed: float | None) -> Robot:
 
 
 def _controller(
-    name: str, robot: Robot, velocity: tuple[float, float], project_zmp: bool
+    name: str, robot: Robot, velocity: tuple[float, float], **parameters: Any
 ) -> Controller:
     from surefoot.control.dcm_tracking import DcmTracking
     from surefoot.control.hybrid import HybridController
 
     kind = {"hybrid": HybridController, "tracking": DcmTracking}[name]
-    return kind(robot, velocity, project_zmp=project_zmp)
+    return kind(robot, velocity, **parameters)
 
 
 def _check_outputs(plot: Path | None, save: Path | None) -> None:

@@ -122,20 +122,23 @@ def _move_over_ground(swing, observation, previous, new_step, left, command):
 
 
 @njit
-def _move_up_and_down(swing, observation, previous, previous_lift, new_step, left, command):
+def _move_up_and_down(
+    swing, observation, in_the_air, previous, previous_lift, new_step, left, command
+):
     """Write z of the swing foot and return the lift of its bump [m/s^6]."""
     z, z_velocity = observation.swing_foot[2], observation.swing_foot_velocity[2]
     acceleration = 0.0 if new_step else previous.swing_foot_acceleration[2]
+    flight = in_the_air[1] - in_the_air[0]
     lift = bump_lift(
         z,
         z_velocity,
         acceleration,
         swing.height,
         swing.landing_velocity,
-        observation.elapsed,
-        command.step_duration,
+        flight - left,
+        flight,
         previous_lift,
-        previous.step_duration,
+        flight + previous.step_duration - command.step_duration,
     )
     base = quintic(z, z_velocity, acceleration, 0.0, -swing.landing_velocity, left, swing.period)
     extra = bump(lift, left, swing.period)
@@ -146,7 +149,19 @@ def _move_up_and_down(swing, observation, previous, previous_lift, new_step, lef
 
 
 @njit
-def command_swing(swing, observation, previous, previous_lift, new_step, command) -> float:
+def _stand(location_x, location_y, down, command):
+    """Write a swing foot that is on the ground, or arrives there."""
+    command.swing_foot[0], command.swing_foot[1] = location_x, location_y
+    command.swing_foot[2] = 0.0
+    for i in range(3):
+        command.swing_foot_velocity[i] = command.swing_foot_acceleration[i] = 0.0
+    command.swing_foot_velocity[2] = -down
+
+
+@njit
+def command_swing(
+    swing, observation, in_the_air, previous, previous_lift, new_step, command
+) -> float:
     """Write the swing foot of the command, one period on; `command` already has landing and timing.
 
     The foot follows its polynomials, C2 through every re-plan. Only where these would exceed the
@@ -157,6 +172,7 @@ def command_swing(swing, observation, previous, previous_lift, new_step, command
     Args:
         swing: a `SWING` record.
         observation: an `OBSERVATION` record.
+        in_the_air: when the foot leaves the ground and when it is back, since touchdown [s].
         previous: the `COMMAND` record of the cycle before.
         previous_lift: what this function returned then [m/s^6].
         new_step: whether this is the first cycle of a step: the foot leaves the ground at rest.
@@ -165,11 +181,14 @@ def command_swing(swing, observation, previous, previous_lift, new_step, command
     Returns:
         The lift of the vertical bump, to be remembered [m/s^6].
     """
-    left = command.step_duration - observation.elapsed
+    if observation.elapsed < in_the_air[0]:
+        _stand(observation.swing_foot[0], observation.swing_foot[1], 0.0, command)
+        return previous_lift
+    left = in_the_air[1] - observation.elapsed
     if left > swing.period:
         _move_over_ground(swing, observation, previous, new_step, left, command)
         return _move_up_and_down(
-            swing, observation, previous, previous_lift, new_step, left, command
+            swing, observation, in_the_air, previous, previous_lift, new_step, left, command
         )
     away = math.hypot(
         command.step_location[0] - observation.swing_foot[0],
@@ -178,8 +197,6 @@ def command_swing(swing, observation, previous, previous_lift, new_step, command
     reach = swing.max_speed * left if left > 0.0 else 0.0
     if swing.max_speed < math.inf and away > reach + REACH_TOLERANCE:
         command.status |= _UNREACHABLE
-    for i in range(3):
-        command.swing_foot[i] = command.step_location[i] if i < 2 else 0.0
-        command.swing_foot_velocity[i] = 0.0 if i < 2 else -swing.landing_velocity
-        command.swing_foot_acceleration[i] = 0.0
+    down = swing.landing_velocity if left > 0.0 else 0.0
+    _stand(command.step_location[0], command.step_location[1], down, command)
     return previous_lift

@@ -30,6 +30,7 @@ from surefoot.models.interfaces import COMMAND, Command, Mode, Observation, Stat
 from surefoot.models.record import new_array
 from surefoot.models.robot import Robot
 from surefoot.planning.dcm_plan import planned_dcm
+from surefoot.planning.double_support import project_onto_feet, transition
 from surefoot.planning.nominal_gait import NominalGait, nominal_gait
 
 DEFAULT_DCM_GAIN = 3.0
@@ -41,6 +42,7 @@ TRACKING = np.dtype(
         ("zmp_gain", "f8"),
         ("half_foot", "f8", (2,)),
         ("step_duration", "f8"),
+        ("double_support", "f8"),
         ("start_offset", "f8", (2, 2)),
         ("step_min", "f8", (2, 2)),
         ("step_max", "f8", (2, 2)),
@@ -53,16 +55,31 @@ PLAN = np.dtype(
     [
         ("start_offset", "f8", (2,)),
         ("end_offset", "f8", (2,)),
+        ("step", "f8", (2,)),
+        ("came_from", "f8", (2,)),
         ("step_duration", "f8"),
+        ("opening_before", "f8"),
+        ("opening_after", "f8"),
+        ("closing_before", "f8"),
+        ("closing_after", "f8"),
         ("lift", "f8"),
         ("support_side", "i8"),
+        ("closing", "i8"),
         ("adapting", "i8"),
     ],
 )
 """What is remembered of the step under way: planned DCM relative to the support foot at its start
-and to the landing foot at its end [m], its planned duration [s], the lift of the swing foot."""
+and to the landing foot at its end, its step vector, and the foot it came from [m]; its planned
+duration, and how long before and after its first and last instant it shares the load with the other
+foot [s]; the lift of the swing foot."""
 
 TRACKING_STATE = np.dtype([("plan", PLAN), ("command", COMMAND)])
+
+LONGEST_DOUBLE_SUPPORT = 0.6
+"""The largest fraction of a step for which both feet may share the load."""
+
+EDGE_TOLERANCE = 1e-12
+"""A ZMP that projection moves no further than this was inside [m]."""
 
 _TRACKING_MODE = int(Mode.TRACKING)
 _ZMP_AT_EDGE = int(Status.ZMP_AT_EDGE)
@@ -87,15 +104,62 @@ def begin_plan(tracking, observation, nominal, plan):
     plan.support_side = observation.support_side
     plan.step_duration = tracking.step_duration
     row = side_index(observation.support_side)
+    shared = plan.closing != 0 and not nominal
+    plan.opening_before = plan.closing_before if shared else 0.0
+    plan.opening_after = plan.closing_after if shared else 0.0
+    plan.closing = 0
     for i in range(2):
         plan.start_offset[i] = tracking.start_offset[row, i] if nominal else plan.end_offset[i]
+        plan.came_from[i] = observation.swing_foot[i] - observation.support_foot[i]
 
 
 @njit
-def tracking_error(observation, growth, plan, command) -> float:
-    """Write the planned DCM into the command and return how far the DCM is from it [m]."""
+def plan_landing(tracking, observation, plan):
+    """Plan the step vector, p_next = dcm_plan(T) - d_nom, and the transition that ends the step.
+
+    A new velocity may change d_nom at any time, until the foot is on the ground in the transition.
+    """
+    if plan.closing != 0:
+        return
+    row = side_index(observation.support_side)
+    growth = math.exp(tracking.omega * plan.step_duration)
     for i in range(2):
-        command.dcm_plan[i] = planned_dcm(observation.support_foot[i], plan.start_offset[i], growth)
+        dcm_at_end = plan.start_offset[i] * growth
+        step = dcm_at_end - tracking.start_offset[1 - row, i]
+        plan.step[i] = min(max(step, tracking.step_min[row, i]), tracking.step_max[row, i])
+        plan.end_offset[i] = dcm_at_end - plan.step[i]
+    plan.closing_before = 0.5 * tracking.double_support * plan.step_duration
+    plan.closing_after = 0.5 * tracking.double_support * tracking.step_duration
+    shared = plan.closing_before > 0.0
+    if shared and observation.elapsed >= plan.step_duration - plan.closing_before:
+        plan.closing = 1
+
+
+@njit
+def follow_plan(tracking, observation, growth, plan, command) -> float:
+    """Write planned DCM and ZMP into the command; return how far the DCM is from its plan [m]."""
+    elapsed, omega = observation.elapsed, tracking.omega
+    opening = elapsed < plan.opening_after
+    command.double_support = 1 if opening or plan.closing != 0 else 0
+    for i in range(2):
+        foot, start = observation.support_foot[i], plan.start_offset[i]
+        dcm, zmp = planned_dcm(0.0, start, growth), 0.0
+        if opening:
+            back = plan.came_from[i]
+            dcm, zmp = transition(
+                -back, start - back, omega, plan.opening_before, plan.opening_after, elapsed
+            )
+            dcm, zmp = dcm + back, zmp + back
+        elif plan.closing != 0:
+            dcm, zmp = transition(
+                plan.step[i],
+                start * math.exp(omega * plan.step_duration),
+                omega,
+                plan.closing_before,
+                plan.closing_after,
+                min(elapsed - plan.step_duration, plan.closing_after),
+            )
+        command.dcm_plan[i], command.zmp[i] = foot + dcm, foot + zmp
     return math.hypot(
         observation.dcm[0] - command.dcm_plan[0], observation.dcm[1] - command.dcm_plan[1]
     )
@@ -103,27 +167,26 @@ def tracking_error(observation, growth, plan, command) -> float:
 
 @njit
 def track(tracking, observation, plan, command):
-    """Write ZMP, landing and timing of a step that follows its plan.
-
-    The step ends with the nominal offset of the next foot, which a new velocity may have changed
-    in the meantime: p_next = dcm_plan(T) - d_nom, inside the box of steps.
-    """
-    row = side_index(observation.support_side)
-    next_row = 1 - row
-    growth = math.exp(tracking.omega * plan.step_duration)
+    """Move the planned ZMP to where it makes the DCM return, and write landing and timing."""
+    foot, half = observation.support_foot, tracking.half_foot
+    asked_x = command.zmp[0] + tracking.zmp_gain * (observation.dcm[0] - command.dcm_plan[0])
+    asked_y = command.zmp[1] + tracking.zmp_gain * (observation.dcm[1] - command.dcm_plan[1])
+    away_x, away_y = asked_x - foot[0], asked_y - foot[1]
+    if math.isinf(half[0]):
+        x, y = away_x, away_y
+    elif command.double_support != 0:
+        other_x, other_y = observation.swing_foot[0] - foot[0], observation.swing_foot[1] - foot[1]
+        x, y = project_onto_feet(away_x, away_y, other_x, other_y, half[0], half[1])
+    else:
+        x, y = min(max(away_x, -half[0]), half[0]), min(max(away_y, -half[1]), half[1])
     command.mode, command.status = _TRACKING_MODE, 0
+    if math.hypot(x - away_x, y - away_y) > EDGE_TOLERANCE:
+        command.status |= _ZMP_AT_EDGE
+    command.zmp[0], command.zmp[1] = foot[0] + x, foot[1] + y
     command.step_duration = plan.step_duration
     for i in range(2):
-        shift = tracking.zmp_gain * (observation.dcm[i] - command.dcm_plan[i])
-        inside = min(max(shift, -tracking.half_foot[i]), tracking.half_foot[i])
-        if inside != shift:
-            command.status |= _ZMP_AT_EDGE
-        command.zmp[i] = observation.support_foot[i] + inside
-        dcm_at_end = plan.start_offset[i] * growth
-        step = dcm_at_end - tracking.start_offset[next_row, i]
-        step = min(max(step, tracking.step_min[row, i]), tracking.step_max[row, i])
-        command.step_location[i] = observation.support_foot[i] + step
-        command.dcm_offset[i] = plan.end_offset[i] = dcm_at_end - step
+        command.step_location[i] = foot[i] + plan.step[i]
+        command.dcm_offset[i] = plan.end_offset[i]
 
 
 @njit
@@ -137,17 +200,34 @@ def tracking_cycle(parameters, state, observation, next_state):
     new_step = observation.support_side != plan.support_side
     if new_step:
         begin_plan(parameters, observation, False, plan)
+    plan_landing(parameters, observation, plan)
     growth = growth_since_touchdown(parameters.omega, observation.elapsed)
-    tracking_error(observation, growth, plan, command)
+    follow_plan(parameters, observation, growth, plan, command)
     track(parameters, observation, plan, command)
+    in_the_air = plan.opening_after, plan.step_duration - plan.closing_before
     plan.lift = command_swing(
-        parameters.swing, observation, state.command, plan.lift, new_step, command
+        parameters.swing, observation, in_the_air, state.command, plan.lift, new_step, command
     )
 
 
 @njit
 def _tracking_step(parameters, state, observation, next_state):
     tracking_cycle(parameters[0], state[0], observation[0], next_state[0])
+
+
+def check_double_support(fraction: float) -> None:
+    """Refuse a fraction that leaves too little of the step to move the foot in.
+
+    Raises:
+        ParameterError: it is not in [0, `LONGEST_DOUBLE_SUPPORT`].
+    """
+    check_number("double_support", fraction, 0.0, "-")
+    if fraction > LONGEST_DOUBLE_SUPPORT:
+        raise ParameterError(
+            f"`double_support` of at most {LONGEST_DOUBLE_SUPPORT} of the step",
+            f"{fraction}",
+            "people walk with about 0.2",
+        )
 
 
 def check_robot(robot: Robot) -> None:
@@ -161,7 +241,12 @@ def check_robot(robot: Robot) -> None:
 
 
 def tracking_parameters(
-    robot: Robot, gait: NominalGait, dcm_gain: float, project_zmp: bool, period: float
+    robot: Robot,
+    gait: NominalGait,
+    dcm_gain: float,
+    project_zmp: bool,
+    double_support: float,
+    period: float,
 ) -> NDArray[np.void]:
     """The `TRACKING` record of a robot and a gait, shape (1,)."""
     parameters = new_array(TRACKING)
@@ -170,6 +255,7 @@ def tracking_parameters(
     record["zmp_gain"] = 1.0 + dcm_gain / robot.omega
     record["half_foot"] = robot.foot.half if project_zmp else (math.inf, math.inf)
     record["step_duration"] = gait.step_duration
+    record["double_support"] = double_support
     for side in Side:
         row = side_index.py_func(side)
         record["start_offset"][row] = gait.start_offset(side)
@@ -198,6 +284,7 @@ def first_plan(gait: NominalGait, observation: Observation, state: NDArray[np.vo
     plan["support_side"], plan["step_duration"] = side, gait.step_duration
     plan["start_offset"] = gait.start_offset(side)
     plan["end_offset"] = command["dcm_offset"] = gait.dcm_offset(side)
+    plan["step"] = gait.step(side)
     command["zmp"] = observation.support_foot
     command["dcm_plan"] = observation.dcm
     command["step_location"] = observation.support_foot + np.asarray(gait.step(side))
@@ -215,6 +302,8 @@ class DcmTracking:
         dcm_gain: K_f, rate at which an error decays [1/s].
         project_zmp: keep the ZMP inside the foot; False shows what the law asks for, as the
             paper's Figs. 5 and 8 do.
+        double_support: fraction of the step for which both feet share the load, with a smooth
+            plan from foot to foot; 0 for none.
         step_duration: T_nom, chosen from the velocity if None [s].
         period: control period [s].
 
@@ -227,6 +316,7 @@ class DcmTracking:
     velocity: tuple[float, float]
     dcm_gain: float = DEFAULT_DCM_GAIN
     project_zmp: bool = True
+    double_support: float = 0.0
     step_duration: float | None = None
     period: float = 0.001
     gait: NominalGait = field(init=False, repr=False)
@@ -236,11 +326,17 @@ class DcmTracking:
         check_robot(self.robot)
         check_number("dcm_gain", self.dcm_gain, 0.0, "1/s", above=True)
         check_number("period", self.period, 0.0, "s", above=True)
+        check_double_support(self.double_support)
         gait = nominal_gait(self.robot, self.velocity, self.step_duration)
         object.__setattr__(self, "gait", gait)
         object.__setattr__(self, "velocity", gait.velocity)
         parameters = tracking_parameters(
-            self.robot, gait, self.dcm_gain, self.project_zmp, self.period
+            self.robot,
+            gait,
+            self.dcm_gain,
+            self.project_zmp,
+            self.double_support,
+            self.period,
         )
         object.__setattr__(self, "parameters", parameters)
         if not _tracking_step.signatures:

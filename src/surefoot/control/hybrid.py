@@ -29,11 +29,13 @@ from surefoot.control.dcm_tracking import (
     PLAN,
     TRACKING,
     begin_plan,
+    check_double_support,
     check_robot,
     first_plan,
+    follow_plan,
     hold,
+    plan_landing,
     track,
-    tracking_error,
     tracking_parameters,
 )
 from surefoot.models.footsteps import Side
@@ -69,7 +71,7 @@ def adapt(parameters, observation, growth, solution, command):
         growth,
         solution,
     )
-    command.mode, command.status = _ADAPTING, solution.status
+    command.mode, command.status, command.double_support = _ADAPTING, solution.status, 0
     command.step_duration = max(
         math.log(solution.tau) / parameters.tracking.omega, observation.elapsed
     )
@@ -94,14 +96,20 @@ def hybrid_cycle(parameters, state, observation, next_state):
     if new_step:
         begin_plan(tracking, observation, plan.adapting != 0, plan)
         plan.adapting = 0
-    if tracking_error(observation, growth, plan, command) >= parameters.threshold:
+    if plan.adapting == 0:
+        plan_landing(tracking, observation, plan)
+    error = follow_plan(tracking, observation, growth, plan, command)
+    # A foot that is on the ground already cannot be sent elsewhere.
+    if error >= parameters.threshold and plan.closing == 0:
         plan.adapting = 1
     if plan.adapting != 0:
         adapt(parameters, observation, growth, next_state.solution, command)
+        in_the_air = 0.0, command.step_duration
     else:
         track(tracking, observation, plan, command)
+        in_the_air = plan.opening_after, plan.step_duration - plan.closing_before
     plan.lift = command_swing(
-        tracking.swing, observation, state.command, plan.lift, new_step, command
+        tracking.swing, observation, in_the_air, state.command, plan.lift, new_step, command
     )
 
 
@@ -124,6 +132,7 @@ class HybridController:
         tau_weight: a3 on tau [-].
         offset_weight: (a4, a5) on the DCM offset; they must dominate [1/m^2].
         offset_penalty: on half the squared violation of the offset bounds [1/m^2].
+        double_support: fraction of the step for which both feet share the load while tracking.
         step_duration: T_nom, chosen from the velocity if None [s].
         period: control period [s].
 
@@ -141,6 +150,7 @@ class HybridController:
     tau_weight: float = 1.0
     offset_weight: tuple[float, float] = OFFSET_WEIGHT
     offset_penalty: float = OFFSET_PENALTY
+    double_support: float = 0.0
     step_duration: float | None = None
     period: float = 0.001
     gait: NominalGait = field(init=False, repr=False)
@@ -151,6 +161,7 @@ class HybridController:
         check_number("threshold", self.threshold, 0.0, "m", endless=True)
         check_number("dcm_gain", self.dcm_gain, 0.0, "1/s", above=True)
         check_number("period", self.period, 0.0, "s", above=True)
+        check_double_support(self.double_support)
         check_pair("step_weight", self.step_weight, 0.0, "1/m^2")
         check_number("tau_weight", self.tau_weight, 0.0, "-")
         check_pair("offset_weight", self.offset_weight, 0.0, "1/m^2")
@@ -160,7 +171,12 @@ class HybridController:
         object.__setattr__(self, "velocity", gait.velocity)
         parameters = new_array(HYBRID)
         parameters["tracking"] = tracking_parameters(
-            self.robot, gait, self.dcm_gain, self.project_zmp, self.period
+            self.robot,
+            gait,
+            self.dcm_gain,
+            self.project_zmp,
+            self.double_support,
+            self.period,
         )
         parameters["threshold"] = self.threshold
         for side in Side:

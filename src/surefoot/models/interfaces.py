@@ -41,6 +41,7 @@ COMMAND = np.dtype(
         ("swing_foot", "f8", (3,)),
         ("swing_foot_velocity", "f8", (3,)),
         ("swing_foot_acceleration", "f8", (3,)),
+        ("double_support", "i8"),
         ("mode", "i8"),
         ("status", "i8"),
     ],
@@ -134,6 +135,7 @@ class Command(Record):
             comes first (x, y, z) [m].
         swing_foot_velocity: likewise [m/s].
         swing_foot_acceleration: likewise [m/s^2].
+        double_support: 1 while the other foot is on the ground too and shares the load.
     """
 
     __slots__ = ()
@@ -146,6 +148,7 @@ class Command(Record):
     swing_foot: NDArray[np.float64]
     swing_foot_velocity: NDArray[np.float64]
     swing_foot_acceleration: NDArray[np.float64]
+    double_support: int
 
     @property
     def mode(self) -> Mode:

@@ -21,6 +21,7 @@ from surefoot.models.interfaces import COMMAND, OBSERVATION, Mode
 from surefoot.models.pushes import Push
 from surefoot.models.robot import Robot
 from surefoot.models.viability import viable_offsets
+from surefoot.planning.double_support import distances_to_support
 from surefoot.simulation.outcome import (
     MONITOR,
     Fall,
@@ -122,10 +123,11 @@ class Rollout:
 
     @property
     def zmp_excess(self) -> NDArray[np.float64]:
-        """How far the ZMP lies outside the sole, 0 inside, shape (n,) [m]."""
-        outside = np.abs(self.zmp - self.support_foot) - self.robot.foot.half
+        """How far the ZMP lies outside the soles on the ground, 0 inside, shape (n,) [m]."""
+        excess = np.empty(len(self.time))
+        distances_to_support(self.observations, self.commands, *self.robot.foot.half, excess)
         # A ZMP projected onto the edge differs from it by the rounding of the world coordinates.
-        return np.hypot(*np.where(outside > 1e-12, outside, 0.0).T)
+        return np.where(excess > 1e-12, excess, 0.0)
 
     @property
     def velocity(self) -> tuple[float, float]:

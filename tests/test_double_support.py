@@ -1,0 +1,166 @@
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import surefoot as sf
+from surefoot.planning.double_support import hermite, project_onto_feet, transition
+
+OMEGA = 3.5
+numbers = st.floats(-0.6, 0.6)
+times = st.floats(0.01, 0.2)
+
+
+@given(numbers, numbers, numbers, numbers, times)
+def test_the_cubic_meets_both_ends(start, start_rate, end, end_rate, duration) -> None:
+    ends = (start, start_rate, end, end_rate, duration)
+    assert hermite(*ends, 0.0) == pytest.approx((start, start_rate), abs=1e-12)
+    assert hermite(*ends, duration) == pytest.approx((end, end_rate), abs=1e-9)
+
+
+@given(numbers, numbers, times, times)
+def test_a_transition_continues_the_single_support_on_both_sides(step, dcm, before, after) -> None:
+    """Position, and with the ZMP also the rate, are those of the plan without transitions."""
+    begin = transition(step, dcm, OMEGA, before, after, -before)
+    assert begin == pytest.approx((dcm * math.exp(-OMEGA * before), 0.0), abs=1e-9)
+    end = transition(step, dcm, OMEGA, before, after, after)
+    away = (dcm - step) * math.exp(OMEGA * after)
+    assert end == pytest.approx((step + away, step), abs=1e-9)
+
+
+@given(numbers, numbers, times, st.floats(0.1, 0.9))
+def test_the_zmp_makes_the_dcm_move_as_planned(step, dcm, half, part) -> None:
+    """dcm' = omega (dcm - zmp), by differences."""
+    time, h = (2.0 * part - 1.0) * half, 1e-6
+    here, zmp = transition(step, dcm, OMEGA, half, half, time)
+    later, _ = transition(step, dcm, OMEGA, half, half, time + h)
+    earlier, _ = transition(step, dcm, OMEGA, half, half, time - h)
+    assert (later - earlier) / (2.0 * h) == pytest.approx(OMEGA * (here - zmp), abs=1e-5)
+
+
+@given(numbers, numbers, st.floats(-1.0, 1.0))
+def test_a_short_transition_is_none(step, dcm, part) -> None:
+    half = 1e-6
+    here, _ = transition(step, dcm, OMEGA, half, half, part * half)
+    assert here == pytest.approx(dcm, abs=1e-5)
+
+
+def hull_distance(point, step, half) -> float:
+    """Independent: the distance to the convex hull of eight corners, edge by edge."""
+    corners = np.array(
+        [
+            (centre[0] + a * half[0], centre[1] + b * half[1])
+            for centre in ((0.0, 0.0), step)
+            for a in (-1, 1)
+            for b in (-1, 1)
+        ]
+    )
+    nearest, inside = math.inf, True
+    for i in range(8):
+        for j in range(8):
+            edge = corners[j] - corners[i]
+            if not edge.any():
+                continue
+            normal = np.array((-edge[1], edge[0]))
+            if ((corners - corners[i]) @ normal > 1e-12).any():
+                continue  # no edge of the hull: corners on its right
+            offset = np.asarray(point) - corners[i]
+            inside &= offset @ normal <= 1e-12
+            along = np.clip(offset @ edge / (edge @ edge), 0.0, 1.0)
+            nearest = min(nearest, float(np.hypot(*(offset - along * edge))))
+    return 0.0 if inside else nearest
+
+
+@given(st.tuples(numbers, numbers), st.tuples(numbers, numbers))
+def test_the_projection_is_the_nearest_point_of_the_hull(point, step) -> None:
+    half = (0.1, 0.055)
+    x, y = project_onto_feet(*point, *step, *half)
+    expected = hull_distance(point, step, half)
+    assert math.hypot(point[0] - x, point[1] - y) == pytest.approx(expected, abs=1e-9)
+    assert hull_distance((x, y), step, half) == pytest.approx(0.0, abs=1e-9)
+
+
+ROBOT = sf.load_robot("paper-biped")
+KINDS = [sf.DcmTracking, sf.HybridController]
+VELOCITIES = [(0.5, 0.0), (0.0, 0.0), (-0.3, 0.1), (0.0, 0.2)]
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("velocity", VELOCITIES)
+@pytest.mark.parametrize("fraction", [0.05, 0.2, 0.6])
+def test_dcm_and_zmp_move_without_a_jump_inside_the_polygon(kind, velocity, fraction) -> None:
+    rollout = sf.simulate(kind(ROBOT, velocity, double_support=fraction), 4.0)
+    assert rollout.outcome is sf.Outcome.WALKED
+    assert rollout.zmp_excess.max() == 0.0
+    gait = sf.nominal_gait(ROBOT, velocity)
+    # The ZMP crosses from foot to foot in fraction * T; on the way it is at most twice as fast
+    # as on average, and the first step begins without a transition.
+    fastest = 2.0 * math.hypot(*gait.step(sf.Side.RIGHT)) / (fraction * gait.step_duration)
+    moved = np.hypot(*np.diff(rollout.zmp, axis=0).T)
+    assert moved.max() < 1.2 * fastest * 0.001
+    # The planned DCM is continuous, and so is its rate.
+    regular = np.isclose(np.diff(rollout.time), 0.001, atol=1e-9)
+    rate = np.diff(rollout.dcm_plan, axis=0)[regular] / 0.001
+    assert np.abs(rate).max() < 3.0
+    assert np.abs(np.diff(rate, axis=0)).max() < 3.0 * fastest * ROBOT.omega * 0.001
+    assert np.hypot(*rollout.dcm_error.T).max() < 1e-3  # the ZMP is held for a millisecond
+    shared = rollout.commands["double_support"].mean()
+    assert shared == pytest.approx(fraction, abs=0.06)
+
+
+def test_both_feet_rest_on_the_ground_while_they_share_the_load() -> None:
+    rollout = sf.simulate(sf.DcmTracking(ROBOT, (0.5, 0.0), double_support=0.3), 4.0)
+    shared = rollout.commands["double_support"] != 0
+    assert np.abs(rollout.swing_foot[shared, 2]).max() < 1e-9
+    speed = rollout.observations["swing_foot_velocity"][shared]
+    assert np.abs(speed).max() < 0.02  # but for the cycle in which it arrives
+    assert rollout.swing_foot[~shared, 2].max() > 0.045
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_no_double_support_is_the_limit_of_a_short_one(kind) -> None:
+    without = sf.simulate(kind(ROBOT, (0.4, 0.1)), 3.0)
+    short = sf.simulate(kind(ROBOT, (0.4, 0.1), double_support=1e-6), 3.0)
+    assert without.time == pytest.approx(short.time, abs=1e-6)
+    for name in ("dcm", "dcm_plan", "com", "support_foot"):
+        assert getattr(without, name) == pytest.approx(getattr(short, name), abs=1e-3), name
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_it_is_mirrored_with_the_robot(kind) -> None:
+    push = sf.Push(1.1, 0.2, (30.0, 10.0))
+    here = sf.simulate(
+        kind(ROBOT, (0.4, 0.1), double_support=0.2), 3.0, [push], first_support=sf.Side.RIGHT
+    )
+    there = sf.simulate(
+        kind(ROBOT, (0.4, -0.1), double_support=0.2),
+        3.0,
+        [replace(push, force=(30.0, -10.0))],
+        first_support=sf.Side.LEFT,
+    )
+    mirror = np.array((1.0, -1.0))
+    for name in ("dcm", "zmp", "dcm_plan"):
+        assert getattr(here, name) * mirror == pytest.approx(getattr(there, name), abs=1e-9), name
+
+
+def test_a_new_velocity_does_not_make_the_plan_jump() -> None:
+    """Also when it comes while both feet are on the ground and the landing is settled."""
+    controller = sf.DcmTracking(ROBOT, (0.5, 0.0), double_support=0.3)
+    for time in (0.73, 0.97, 1.03, 0.99):
+        rollout = sf.simulate(controller, 4.0, velocity_changes=[(time, (0.1, 0.1))])
+        assert rollout.outcome is sf.Outcome.WALKED
+        assert np.abs(np.diff(rollout.dcm_plan, axis=0)).max() < 0.003
+        assert np.abs(np.diff(rollout.zmp, axis=0)).max() < 0.01
+        assert rollout.final_velocity == pytest.approx((0.1, 0.1), abs=1e-3)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("fraction", [-0.1, 0.7, math.nan])
+def test_a_fraction_that_makes_no_sense(kind, fraction) -> None:
+    with pytest.raises(sf.ParameterError, match="`double_support` of at"):
+        kind(ROBOT, (0.5, 0.0), double_support=fraction)
