@@ -58,6 +58,7 @@ PLAN = np.dtype(
         ("step", "f8", (2,)),
         ("came_from", "f8", (2,)),
         ("step_duration", "f8"),
+        ("growth", "f8"),
         ("opening_before", "f8"),
         ("opening_after", "f8"),
         ("closing_before", "f8"),
@@ -70,8 +71,8 @@ PLAN = np.dtype(
 )
 """What is remembered of the step under way: planned DCM relative to the support foot at its start
 and to the landing foot at its end, its step vector, and the foot it came from [m]; its planned
-duration, and how long before and after its first and last instant it shares the load with the other
-foot [s]; the lift of the swing foot."""
+duration [s] and the growth of the DCM in it; how long before and after its first and its last
+instant it shares the load with the other foot [s]; the lift of the swing foot [m/s^6]."""
 
 TRACKING_STATE = np.dtype([("plan", PLAN), ("command", COMMAND)])
 
@@ -103,6 +104,7 @@ def begin_plan(tracking, observation, nominal, plan):
     """
     plan.support_side = observation.support_side
     plan.step_duration = tracking.step_duration
+    plan.growth = math.exp(tracking.omega * plan.step_duration)
     row = side_index(observation.support_side)
     shared = plan.closing != 0 and not nominal
     plan.opening_before = plan.closing_before if shared else 0.0
@@ -122,9 +124,8 @@ def plan_landing(tracking, observation, plan):
     if plan.closing != 0:
         return
     row = side_index(observation.support_side)
-    growth = math.exp(tracking.omega * plan.step_duration)
     for i in range(2):
-        dcm_at_end = plan.start_offset[i] * growth
+        dcm_at_end = plan.start_offset[i] * plan.growth
         step = dcm_at_end - tracking.start_offset[1 - row, i]
         plan.step[i] = min(max(step, tracking.step_min[row, i]), tracking.step_max[row, i])
         plan.end_offset[i] = dcm_at_end - plan.step[i]
@@ -153,7 +154,7 @@ def follow_plan(tracking, observation, growth, plan, command) -> float:
         elif plan.closing != 0:
             dcm, zmp = transition(
                 plan.step[i],
-                start * math.exp(omega * plan.step_duration),
+                start * plan.growth,
                 omega,
                 plan.closing_before,
                 plan.closing_after,
@@ -283,6 +284,7 @@ def first_plan(gait: NominalGait, observation: Observation, state: NDArray[np.vo
     plan, command = state["plan"][0], state["command"][0]
     plan["support_side"], plan["step_duration"] = side, gait.step_duration
     plan["start_offset"] = gait.start_offset(side)
+    plan["growth"] = gait.growth
     plan["end_offset"] = command["dcm_offset"] = gait.dcm_offset(side)
     plan["step"] = gait.step(side)
     command["zmp"] = observation.support_foot

@@ -71,7 +71,14 @@ def com_flow(
     Returns:
         Position [m] and velocity [m/s] then.
     """
-    growth = math.exp(omega * duration)
+    return com_flow_by(com, com_velocity, pivot, omega, math.exp(omega * duration))
+
+
+@njit
+def com_flow_by(
+    com: float, com_velocity: float, pivot: float, omega: float, growth: float
+) -> tuple[float, float]:
+    """`com_flow` for a known growth e^(omega duration), which both axes share."""
     cosh, sinh = 0.5 * (growth + 1.0 / growth), 0.5 * (growth - 1.0 / growth)
     lever = com - pivot
     return (

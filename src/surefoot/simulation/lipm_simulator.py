@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from surefoot.checks import check_number
 from surefoot.compiling import njit
 from surefoot.models.interfaces import OBSERVATION, Command, Observation
-from surefoot.models.lipm import com_flow, pushed_pivot
+from surefoot.models.lipm import com_flow_by, pushed_pivot
 from surefoot.models.pushes import Push, force_until_change, push_records
 from surefoot.models.record import new_array
 from surefoot.models.robot import Robot
@@ -57,11 +57,12 @@ def _move_com(parameters, zmp, pushes, start, end, observation):
     time = start
     while time < end:
         force_x, force_y, until = force_until_change(pushes, time, end)
+        growth = math.exp(omega * (until - time))
         for i in range(2):
             force = force_x if i == 0 else force_y
             pivot = pushed_pivot(zmp[i], force, parameters.mass, omega)
-            observation.com[i], observation.com_velocity[i] = com_flow(
-                observation.com[i], observation.com_velocity[i], pivot, omega, until - time
+            observation.com[i], observation.com_velocity[i] = com_flow_by(
+                observation.com[i], observation.com_velocity[i], pivot, omega, growth
             )
         time = until
     for i in range(2):

@@ -20,7 +20,7 @@ LINE = 0.19
 LONG = 2.2
 """From this ratio of length to breadth on, the walk takes the whole width."""
 
-_LEFT, _RIGHT, _GAP, _FOOT = 0.8, 0.2, 0.13, 0.5
+_LEFT, _RIGHT, _GAP, _FOOT = 0.9, 0.2, 0.13, 0.5
 _TIME_HEIGHT = sum(HEIGHTS) + _GAP * (len(HEIGHTS) - 1)
 
 
@@ -92,7 +92,7 @@ def lay_out(extent: Extent, title_height: float, push_lines: int, entries: int) 
         time_plots = (_LEFT, below + legend_height + 0.35, width)
         end = time_plots[1] + _TIME_HEIGHT
     else:
-        left = _LEFT + width + 1.0
+        left = _LEFT + width + 1.05
         time_plots = (left, title_height + 0.25, WIDTH - left - _RIGHT)
         end = max(time_plots[1] + _TIME_HEIGHT, below + legend_height - _FOOT)
     return Page(

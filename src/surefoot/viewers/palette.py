@@ -8,6 +8,8 @@ from __future__ import annotations
 
 from typing import Any
 
+from matplotlib.patheffects import withStroke
+
 from surefoot.models.footsteps import Side
 
 COM = "#222222"
@@ -22,6 +24,9 @@ QUIET = "#6f6f6f"
 
 SOLE = {Side.LEFT: "#cfe3f2", Side.RIGHT: "#eae1d2"}
 SOLE_EDGE = {Side.LEFT: "#6395bd", Side.RIGHT: "#a08c69"}
+
+HALO = [withStroke(linewidth=2.2, foreground="white")]
+"""Path effects of a text that stays readable on lines and areas."""
 
 STYLE: dict[str, Any] = {
     "font.family": "DejaVu Sans",

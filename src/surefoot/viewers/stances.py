@@ -129,7 +129,7 @@ def push_opacity(rollout: Rollout, push: Push) -> float:
     forces = [np.hypot(*other.force) for other in acting_pushes(rollout)]
     lasting = push.duration > 0.5 * (rollout.time[-1] - rollout.time[0])
     strength = float(np.hypot(*push.force)) / max(*forces, 1e-9)
-    return 0.16 if lasting else 0.16 + 0.34 * strength
+    return 0.16 if lasting else 0.16 + 0.26 * strength
 
 
 def _pair(values: NDArray[np.float64]) -> tuple[float, float]:

@@ -10,9 +10,10 @@ from matplotlib.patches import Rectangle
 from numpy.typing import NDArray
 
 from surefoot.simulation.lipm_simulator import FALL_DISTANCE
-from surefoot.simulation.outcome import SETTLED_ERROR
+from surefoot.simulation.outcome import SETTLED_ERROR, Fall
 from surefoot.simulation.rollout import Rollout
 from surefoot.viewers import palette
+from surefoot.viewers.palette import HALO
 from surefoot.viewers.stances import Stance, acting_pushes, broken, push_opacity
 
 HEIGHTS = (2.0, 2.0, 1.0, 1.0)
@@ -43,12 +44,17 @@ def draw_time_plots(axes: Sequence[Axes], rollout: Rollout, parts: list[Stance])
     _draw_duration(axes[3], rollout, parts)
     _number_steps(axes[0], parts)
     for ax in axes:
-        ax.yaxis.set_label_coords(-0.48 / _width(ax), 0.5)
+        ax.yaxis.set_label_coords(-0.55 / _width(ax), 0.5)
 
 
 def _width(ax: Axes) -> float:
     """Of the axes [in]."""
     return ax.get_position().width * ax.figure.get_figure(root=True).get_size_inches()[0]
+
+
+def _seconds_per_inch(ax: Axes) -> float:
+    low, high = ax.get_xlim()
+    return (high - low) / _width(ax)
 
 
 def _mark_events(ax: Axes, rollout: Rollout, parts: list[Stance]) -> None:
@@ -145,6 +151,7 @@ def _draw_error(ax: Axes, rollout: Rollout) -> None:
     error = 1e3 * np.hypot(*rollout.dcm_error.T)
     settled = 1e3 * SETTLED_ERROR
     ax.axhline(settled, color=palette.QUIET, linewidth=0.8, linestyle=(0, (1, 2)), gid="settled")
+    _name_line(ax, settled, "settled")
     ax.fill_between(rollout.time, error, color=palette.DCM, alpha=0.2, linewidth=0.0, zorder=2.0)
     ax.plot(rollout.time, error, color=palette.DCM, linewidth=1.3, zorder=3.0, gid="dcm-error")
     ax.set_ylim(0.0, 1.15 * max(settled * 1.5, min(float(error.max()), 1e3 * FALL_DISTANCE)))
@@ -155,7 +162,8 @@ def _draw_duration(ax: Axes, rollout: Rollout, parts: list[Stance]) -> None:
     shortest, longest = rollout.robot.gait.step_duration
     time = broken(rollout.time, parts)
     decided = rollout.commands["step_duration"]
-    for limit in (shortest, longest):
+    for limit, name in ((shortest, "shortest"), (longest, "longest")):
+        _name_line(ax, limit, name)
         ax.axhline(limit, color=palette.QUIET, linewidth=0.8, linestyle=(0, (1, 2)), gid="limit")
     ax.plot(time, broken(decided, parts), color=palette.COM, linewidth=1.3, zorder=3.0,
             drawstyle="steps-post", gid="step-duration")  # fmt: skip
@@ -164,14 +172,52 @@ def _draw_duration(ax: Axes, rollout: Rollout, parts: list[Stance]) -> None:
             ax.hlines(part.gait.step_duration, part.start, part.end, color=palette.DCM_PLAN,
                       linewidth=1.1, linestyle=_PLAN_DASH, zorder=3.2,
                       gid=f"nominal-duration-{part.number}")  # fmt: skip
-    ax.set_ylim(0.0, 1.15 * longest)
+    _write_adapted_durations(ax, parts)
+    if rollout.fall is not None:
+        _name_fall(ax, rollout.fall)
+    ax.set_ylim(0.0, 1.3 * longest)
     ax.set_ylabel("step\nduration [s]")
+
+
+def _name_line(ax: Axes, level: float, name: str) -> None:
+    ax.annotate(
+        name, (0.0, level), xycoords=("axes fraction", "data"), xytext=(3.0, 1.0),
+        textcoords="offset points", va="bottom", fontsize=7.0, color=palette.QUIET,
+        path_effects=HALO, gid=f"name-{name}",
+    )  # fmt: skip
+
+
+def _write_adapted_durations(ax: Axes, parts: list[Stance]) -> None:
+    """The durations of the steps that were decided online, where there is room."""
+    apart = 0.45 * _seconds_per_inch(ax)
+    last = -np.inf
+    for part in parts:
+        middle = 0.5 * (part.start + part.end)
+        if not part.adapted or part.landing is None or middle - last < apart:
+            continue
+        last = middle
+        ax.annotate(
+            f"{part.end - part.start:.2f} s", (middle, 0.0), xytext=(0.0, 3.0),
+            textcoords="offset points", ha="center", va="bottom", fontsize=8.0,
+            fontweight="bold", color=palette.ADAPTED, path_effects=HALO, zorder=5.0,
+            gid=f"duration-{part.number}",
+        )  # fmt: skip
+
+
+def _name_fall(ax: Axes, fall: Fall) -> None:
+    for name, time, height in (("lost", fall.lost_time, 0.97), ("fell", fall.time, 0.76)):
+        if time is not None:
+            ax.annotate(
+                name, (time, height), xycoords=("data", "axes fraction"), xytext=(-3.0, 0.0),
+                textcoords="offset points", ha="right", va="top", fontsize=8.0,
+                fontweight="bold", color=palette.ALARM, path_effects=HALO, zorder=5.0,
+                gid=f"name-{name}",
+            )  # fmt: skip
 
 
 def _number_steps(ax: Axes, parts: list[Stance]) -> None:
     """Write the number of every step above its time; of a crowd, the adapted ones first."""
-    low, high = ax.get_xlim()
-    apart = 0.22 * (high - low) / _width(ax)
+    apart = 0.22 * _seconds_per_inch(ax)
     taken: list[float] = []
     for part in sorted(parts, key=lambda part: not part.adapted):
         middle = 0.5 * (part.start + part.end)
@@ -185,6 +231,6 @@ def _number_steps(ax: Axes, parts: list[Stance]) -> None:
             color=palette.ADAPTED if part.adapted else palette.QUIET, gid=f"step-{part.number}",
         )  # fmt: skip
     ax.annotate(
-        "step", (0.0, 1.02), xycoords="axes fraction", xytext=(-5.0, 0.0),
+        "step", (0.0, 1.02), xycoords="axes fraction", xytext=(-26.0, 0.0),
         textcoords="offset points", ha="right", va="bottom", fontsize=7.5, color=palette.QUIET,
     )  # fmt: skip

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patches import FancyArrowPatch, Rectangle
-from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
 
 from surefoot.models.footsteps import Side
@@ -16,14 +15,15 @@ from surefoot.models.pushes import Push
 from surefoot.simulation.lipm_simulator import FALL_DISTANCE
 from surefoot.simulation.rollout import Rollout
 from surefoot.viewers import palette
+from surefoot.viewers.palette import HALO
 from surefoot.viewers.stances import Stance, acting_pushes, broken, push_opacity, push_samples
 from surefoot.viewers.walk_words import push_label
 
-HALO = [withStroke(linewidth=2.2, foreground="white")]
-"""Keeps a text readable on lines and areas."""
-
 MARGIN = 0.1
 """Free space around what is drawn [m]."""
+
+SMALLEST = 0.7
+"""Extent of the ground that is shown at least, so that soles do not fill the picture [m]."""
 
 SAME_PLACE = 0.05
 """Footprints of one foot that are closer than this share a number [m]."""
@@ -77,7 +77,9 @@ def extent(rollout: Rollout, parts: list[Stance]) -> Extent:
     far = np.concatenate([rollout.zmp, rollout.dcm_plan])
     low = np.maximum(np.minimum(low, far.min(axis=0)), low - 0.2)
     high = np.minimum(np.maximum(high, far.max(axis=0)), high + 0.2)
-    return Extent(_pair(low - MARGIN), _pair(high + MARGIN))
+    middle = 0.5 * (low + high)
+    half_size = np.maximum(0.5 * (high - low) + MARGIN, 0.5 * SMALLEST)
+    return Extent(_pair(middle - half_size), _pair(middle + half_size))
 
 
 def draw_top_view(ax: Axes, rollout: Rollout, parts: list[Stance], shown: Extent) -> None:
@@ -208,7 +210,7 @@ def _draw_paths(ax: Axes, rollout: Rollout, parts: list[Stance]) -> None:
             *broken(outside, parts).T, color=palette.ALARM, linewidth=2.6, zorder=3.2,
             solid_capstyle="round", gid="zmp-outside",
         )  # fmt: skip
-    ax.plot(*rollout.com.T, color=palette.COM, linewidth=1.4, zorder=4.0, gid="com")
+    ax.plot(*rollout.com.T, color=palette.COM, linewidth=1.3, zorder=4.15, gid="com")
     ax.plot(*rollout.dcm.T, color=palette.DCM, linewidth=2.0, zorder=4.1, gid="dcm")
     ax.plot(
         *broken(rollout.dcm_plan, parts).T, color=palette.DCM_PLAN, linewidth=1.1, zorder=4.2,
@@ -304,10 +306,9 @@ def _label_pushes(ax: Axes, rollout: Rollout) -> None:
     height = box.height * figure_height
     places = label_levels(rollout, shown, box.width * figure_width)
     for index, (push, (x, level)) in enumerate(zip(_labelled(rollout), places, strict=True)):
-        tail, _ = _arrow(rollout, push)
         ax.annotate(
             push_label(push),
-            tail,
+            _pair(np.mean(_arrow(rollout, push), axis=0)),
             xytext=(x, 1.0 + (0.06 + 0.18 * level) / height),
             textcoords=ax.get_xaxis_transform(),
             ha="center",

@@ -49,7 +49,6 @@ def _events(rollout: Rollout, parts: list[Stance]) -> list[Artist]:
         entries.append(Patch(facecolor=palette.PUSH, alpha=0.6, linewidth=0.0, label="push"))
     if len(rollout.velocities) > 1:
         entries.append(_line("new velocity", palette.COM, 0.9, "dashdot"))
-    entries.append(_line("settled; limits of duration", palette.QUIET, 0.8, "dotted"))
     return entries
 
 
