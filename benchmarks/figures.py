@@ -33,6 +33,7 @@ class Figure:
         target_p999: what p999 should reach.
         more_is_better: the target is the least value rather than the largest.
         ratio: p50 over that of our compiled solve, both taken in the same moments.
+        judged: False if the machine was too busy to tell.
     """
 
     what: str
@@ -43,6 +44,7 @@ class Figure:
     target_p999: float | None = None
     more_is_better: bool = False
     ratio: float | None = None
+    judged: bool = True
 
     @property
     def verdict(self) -> str:
@@ -52,7 +54,7 @@ class Figure:
         met = self.p50 >= self.target if self.more_is_better else self.p50 <= self.target
         if self.target_p999 is not None and self.p999 is not None:
             met = met and self.p999 <= self.target_p999
-        return "meets" if met else "falls short"
+        return "meets" if met else "falls short" if self.judged else "machine busy"
 
 
 @dataclass
@@ -129,7 +131,7 @@ def _cells(figure: Figure) -> tuple[str, ...]:
         target = f"{'≥' if figure.more_is_better else '≤'} {target}"
     if figure.target_p999 is not None:
         target += f", ≤ {in_words(figure.target_p999, figure.unit)}"
-    style = {"meets": "green", "falls short": "red", "": "default"}[figure.verdict]
+    style = {"meets": "green", "falls short": "red"}.get(figure.verdict, "default")
     return (
         figure.what,
         in_words(figure.p50, figure.unit),

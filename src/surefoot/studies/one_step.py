@@ -14,12 +14,13 @@ from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
+from msgspec import structs
 from numpy.typing import NDArray
 
 from surefoot.control.hybrid import HybridController
 from surefoot.models.footsteps import Side
 from surefoot.models.pushes import Push
-from surefoot.models.robot import Robot, Swing
+from surefoot.models.robot import Robot
 from surefoot.planning.step_problem import OFFSET_PENALTY, OFFSET_WEIGHT
 from surefoot.simulation.landings import pushed_landings
 
@@ -29,18 +30,23 @@ VELOCITY = (0.5, 0.0)
 PUSH_DELAY, PUSH_DURATION = 0.1, 0.2
 """From the touchdown to the push, and its length [s]: the paper's push in the third step."""
 
+PAPER_X, PAPER_Y = 70.56, 58.8
+"""What the paper reports for one step, along x and along y [N s]."""
+
 NOMINAL = 1e-3
 """An offset that is no further than this from d_nom, in x and in y, is nominal again [m]."""
 
 IMPULSE_STEP = 0.98
 """Between neighbouring impulses of a scan; the paper's own are multiples of it [N s]."""
 
-LARGEST_IMPULSE = 147.0
+LARGEST_IMPULSE = 117.6
 """Where a scan ends [N s]."""
 
-LEG_SPEEDS = (math.inf, 3.0)
+LEG_SPEEDS = (math.inf, 9.0, 8.0, 6.0, 4.0, 3.0)
+"""Largest speeds of the swing foot; a search, since the paper names none [m/s]."""
+
 HIPS = (0.2, 0.01)
-OFFSET_WEIGHTS = ((1e3, 1e3), OFFSET_WEIGHT, (2e4, 2e4))
+OFFSET_WEIGHTS = (OFFSET_WEIGHT, (1e3, 1e3), (2e4, 2e4))
 PENALTIES = (OFFSET_PENALTY, 0.0)
 DIRECTIONS = ((1.0, 0.0), (0.0, 1.0), (0.0, -1.0))
 
@@ -120,6 +126,56 @@ def nearest_limits(
     return [row for row in chosen if abs(row.impulse - target) <= closest + 1e-9]
 
 
+def limits_by_assumptions(
+    rows: Sequence[OneStepLimit],
+) -> list[tuple[str, tuple[float, float, float]]]:
+    """The same table with one row for each set of assumptions.
+
+    Returns:
+        Assumptions in words with the impulses towards +x, +y and -y [N s]; the set that comes
+        nearest to both of the paper's limits at once is the first.
+    """
+    sets: dict[str, dict[tuple[float, float], float]] = {}
+    for row in rows:
+        sets.setdefault(row.assumptions, {})[row.direction] = row.impulse
+
+    def miss(impulses: tuple[float, float, float]) -> float:
+        sideways = min(abs(impulse - PAPER_Y) for impulse in impulses[1:])
+        return abs(impulses[0] - PAPER_X) / PAPER_X + sideways / PAPER_Y
+
+    x, y, minus_y = DIRECTIONS
+    table = [(words, (limit[x], limit[y], limit[minus_y])) for words, limit in sets.items()]
+    return sorted(table, key=lambda entry: miss(entry[1]))
+
+
+def limits_table(
+    rows: Sequence[OneStepLimit],
+) -> tuple[str, str, tuple[str, ...], list[tuple[str, ...]]]:
+    """The table of assumptions in words: title, note, columns and rows."""
+    return (
+        "One-step limits under every set of assumptions",
+        f"The largest impulse that one step absorbs, scanned upwards by {IMPULSE_STEP:g} N s to "
+        f"{LARGEST_IMPULSE:g} N s from the smallest that is answered by a step. The paper reports "
+        f"{PAPER_X:g} N s along x and {PAPER_Y:g} N s along y; the set nearest to both is first. "
+        "A step that lands during the push is only counted as a failure where that is excluded, "
+        "the controller is not told.",
+        ("assumptions", "+x [N s]", "+y [N s]", "-y [N s]"),
+        [
+            (words, *(_impulse_words(impulse) for impulse in impulses))
+            for words, impulses in limits_by_assumptions(rows)
+        ],
+    )
+
+
+def _impulse_words(impulse: float) -> str:
+    return f"over {LARGEST_IMPULSE:g}" if math.isinf(impulse) else f"{impulse:.2f}"
+
+
+def with_leg_speed(robot: Robot, speed: float) -> Robot:
+    """The robot with another largest speed of its swing foot [m/s]."""
+    return robot.replace(swing=structs.replace(robot.swing, max_speed=speed))
+
+
 @cache
 def _scan(direction: tuple[float, float]) -> tuple[Push, ...]:
     count = math.floor(LARGEST_IMPULSE / IMPULSE_STEP) + 1
@@ -133,12 +189,7 @@ def _scan(direction: tuple[float, float]) -> tuple[Push, ...]:
 def _controller(
     robot: Robot, hip: float, speed: float, weight: tuple[float, float], penalty: float
 ) -> HybridController:
-    swing = Swing(
-        height=robot.swing.height,
-        landing_velocity=robot.swing.landing_velocity,
-        max_speed=speed,
-    )
-    varied = robot.replace(hip=hip, swing=swing)
+    varied = with_leg_speed(robot.replace(hip=hip), speed)
     return HybridController(varied, VELOCITY, offset_weight=weight, offset_penalty=penalty)
 
 
@@ -161,6 +212,6 @@ def _absorbed(
     d_nom = np.array(controller.gait.dcm_offset(Side.RIGHT))
     offset = landings["offset"]
     if nominal:
-        return (np.abs(offset - d_nom) <= NOMINAL).all(axis=1)
+        return np.asarray((np.abs(offset - d_nom) <= NOMINAL).all(axis=1))
     bound = np.maximum(controller.robot.gait.dcm_offset, np.abs(d_nom))
-    return (np.abs(offset) <= bound + NOMINAL).all(axis=1)
+    return np.asarray((np.abs(offset) <= bound + NOMINAL).all(axis=1))

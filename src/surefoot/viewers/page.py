@@ -1,4 +1,4 @@
-"""Where the parts of a page go: a long walk above its plots over time, a compact one beside them."""
+"""Where the parts of a page go: a long walk above its plots over time, a compact one beside."""
 
 from __future__ import annotations
 
@@ -8,19 +8,18 @@ from dataclasses import dataclass
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from surefoot.viewers.ground import Extent
+from surefoot.viewers.push_arrows import LINE
 from surefoot.viewers.time_plots import HEIGHTS
-from surefoot.viewers.top_view import Extent
 
 WIDTH = 11.0
 """Of the page [in]."""
 
-LINE = 0.19
-"""Height of a line of small text [in]."""
-
 LONG = 2.2
 """From this ratio of length to breadth on, the walk takes the whole width."""
 
-_LEFT, _RIGHT, _GAP, _FOOT = 0.9, 0.2, 0.13, 0.5
+_LEFT, _RIGHT, _GAP, _FOOT = 0.9, 0.3, 0.13, 0.5
+_COLUMN = 4.3
 _TIME_HEIGHT = sum(HEIGHTS) + _GAP * (len(HEIGHTS) - 1)
 
 
@@ -68,8 +67,7 @@ def view_size(extent: Extent) -> tuple[float, float]:
     if aspect >= LONG:
         width = WIDTH - _LEFT - _RIGHT
         return width, max(width / aspect, 1.6)
-    width = min(max(5.4 * aspect, 3.0), 4.4)
-    return width, min(width / aspect, 5.4)
+    return _COLUMN, min(_COLUMN / aspect, 5.4)
 
 
 def lay_out(extent: Extent, title_height: float, push_lines: int, entries: int) -> Page:

@@ -24,6 +24,10 @@ QUIET = "#6f6f6f"
 
 SOLE = {Side.LEFT: "#cfe3f2", Side.RIGHT: "#eae1d2"}
 SOLE_EDGE = {Side.LEFT: "#6395bd", Side.RIGHT: "#a08c69"}
+BOTH_SOLES = "#ececf0"
+
+DASHES = (0, (3, 2))
+DOTS = (0, (1, 2))
 
 HALO = [withStroke(linewidth=2.2, foreground="white")]
 """Path effects of a text that stays readable on lines and areas."""

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +15,10 @@ from surefoot.models.interfaces import Mode
 from surefoot.models.pushes import Push
 from surefoot.planning.nominal_gait import NominalGait, nominal_gait
 from surefoot.simulation.rollout import Rollout
+from surefoot.viewers.ground import pair
+
+NOTICEABLE = 0.002
+"""Displacements smaller than this cannot be seen in a picture [m]."""
 
 
 @dataclass(frozen=True)
@@ -49,25 +55,33 @@ class Stance:
         step = self.gait.step(self.side)
         return self.support_foot[0] + step[0], self.support_foot[1] + step[1]
 
+    @property
+    def moved_from(self) -> tuple[float, float] | None:
+        """The nominal landing, if the step was decided online and landed elsewhere (x, y) [m]."""
+        nominal = self.nominal_landing
+        if not self.adapted or self.landing is None or nominal is None:
+            return None
+        return nominal if math.dist(nominal, self.landing) > NOTICEABLE else None
+
 
 def stances(rollout: Rollout) -> list[Stance]:
     """The finished steps and the one under way when the run ended, in order."""
     side, time = rollout.support_side, rollout.time
     cuts = [0, *(np.flatnonzero(side[1:] != side[:-1]) + 1).tolist(), len(time)]
     parts = []
-    for index, (first, last) in enumerate(zip(cuts[:-1], cuts[1:], strict=True)):
+    for index, (first, last) in enumerate(pairwise(cuts)):
         finished = last < len(time)
         foot = rollout.support_foot
         parts.append(
             Stance(
                 number=index + 1,
                 side=Side(int(side[first])),
-                support_foot=_pair(foot[first]),
+                support_foot=pair(foot[first]),
                 samples=slice(first, last),
                 start=float(time[first]),
                 end=float(time[last] if finished else time[-1]),
                 adapted=bool(rollout.adapting[first:last].any()),
-                landing=_pair(foot[last]) if finished else None,
+                landing=pair(foot[last]) if finished else None,
                 gait=gait_at(rollout, float(time[last - 1])),
             )
         )
@@ -111,6 +125,31 @@ def broken(values: NDArray[np.float64], parts: list[Stance]) -> NDArray[np.float
     return np.insert(values, [part.samples.start for part in parts[1:]], np.nan, axis=0)
 
 
+def support_bounds(
+    rollout: Rollout,
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """The extent of the ground that carries: one sole, or both and what lies between them.
+
+    Returns:
+        Least and largest x and y, each of shape (n, 2) [m].
+    """
+    foot, half = rollout.support_foot, np.array(rollout.robot.foot.half)
+    shared = rollout.commands["double_support"] != 0
+    other = np.where(shared[:, None], rollout.swing_foot[:, :2], foot)
+    return np.minimum(foot, other) - half, np.maximum(foot, other) + half
+
+
+def zmp_outside(rollout: Rollout) -> NDArray[np.bool_]:
+    """Where the ZMP is outside the soles on the ground, by axis, shape (n, 2).
+
+    Between two soles it can be outside though each coordinate is within bounds: then both count.
+    """
+    outside = rollout.zmp_excess > 0.0
+    low, high = support_bounds(rollout)
+    beyond = outside[:, None] & ((rollout.zmp < low) | (rollout.zmp > high))
+    return beyond | (outside & ~beyond.any(axis=1))[:, None]
+
+
 def acting_pushes(rollout: Rollout) -> list[Push]:
     """The pushes that act on the robot during the run, in the order in which they begin."""
     first, last = rollout.time[0], rollout.time[-1]
@@ -130,7 +169,3 @@ def push_opacity(rollout: Rollout, push: Push) -> float:
     lasting = push.duration > 0.5 * (rollout.time[-1] - rollout.time[0])
     strength = float(np.hypot(*push.force)) / max(*forces, 1e-9)
     return 0.16 if lasting else 0.16 + 0.26 * strength
-
-
-def _pair(values: NDArray[np.float64]) -> tuple[float, float]:
-    return float(values[0]), float(values[1])

@@ -3,21 +3,20 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.patches import FancyArrowPatch, Rectangle
+from matplotlib.patches import Rectangle
 from numpy.typing import NDArray
 
 from surefoot.models.footsteps import Side
-from surefoot.models.pushes import Push
 from surefoot.simulation.lipm_simulator import FALL_DISTANCE
 from surefoot.simulation.rollout import Rollout
 from surefoot.viewers import palette
-from surefoot.viewers.palette import HALO
-from surefoot.viewers.stances import Stance, acting_pushes, broken, push_opacity, push_samples
-from surefoot.viewers.walk_words import push_label
+from surefoot.viewers.ground import Extent, metres_per_inch, pair
+from surefoot.viewers.palette import DASHES, HALO
+from surefoot.viewers.push_arrows import draw_push, label_pushes, push_arrow
+from surefoot.viewers.stances import Stance, acting_pushes, broken
 
 MARGIN = 0.1
 """Free space around what is drawn [m]."""
@@ -25,61 +24,32 @@ MARGIN = 0.1
 SMALLEST = 0.7
 """Extent of the ground that is shown at least, so that soles do not fill the picture [m]."""
 
+DOT_SPACING = 0.03
+"""Distance of the dots that show the ZMP where it rests [m]."""
+
 SAME_PLACE = 0.05
 """Footprints of one foot that are closer than this share a number [m]."""
-
-LABELLED_PUSHES = 6
-"""More pushes than this are not told apart in words."""
-
-NOTICEABLE = 0.002
-"""Displacements smaller than this cannot be seen in a picture [m]."""
-
-
-@dataclass(frozen=True)
-class Extent:
-    """The part of the ground that a picture shows.
-
-    Attributes:
-        low: smallest x and y [m].
-        high: largest x and y [m].
-    """
-
-    low: tuple[float, float]
-    high: tuple[float, float]
-
-    @property
-    def size(self) -> tuple[float, float]:
-        """Extent in x and in y [m]."""
-        return self.high[0] - self.low[0], self.high[1] - self.low[1]
-
-    def filling(self, width: float, height: float) -> Extent:
-        """The extent, grown in one direction to the proportions of a box."""
-        (size_x, size_y), middle = self.size, np.add(self.low, self.high) / 2.0
-        scale = max(size_x / width, size_y / height)
-        half = np.array([width, height]) * scale / 2.0
-        return Extent(_pair(middle - half), _pair(middle + half))
-
-
-def _pair(values: NDArray[np.float64]) -> tuple[float, float]:
-    return float(values[0]), float(values[1])
 
 
 def extent(rollout: Rollout, parts: list[Stance]) -> Extent:
     """The ground to show: all feet, CoM and DCM, and of ZMP and plan what does not run far away."""
     half = np.array(rollout.robot.foot.half)
-    feet = np.array([foot for foot, _ in _soles(rollout, parts)])
+    feet = np.array(
+        [foot for foot, _ in _soles(rollout, parts)]
+        + [part.moved_from for part in parts if part.moved_from is not None]
+    )
     near = rollout.support_foot + np.clip(
         rollout.dcm - rollout.support_foot, -FALL_DISTANCE, FALL_DISTANCE
     )
-    arrows = np.array([_arrow(rollout, push)[0] for push in acting_pushes(rollout)]).reshape(-1, 2)
-    core = np.concatenate([feet - half, feet + half, rollout.com, near, arrows])
+    tails = [push_arrow(rollout, push)[0] for push in acting_pushes(rollout)]
+    core = np.concatenate([feet - half, feet + half, rollout.com, near, *np.array(tails)[:, None]])
     low, high = core.min(axis=0), core.max(axis=0)
     far = np.concatenate([rollout.zmp, rollout.dcm_plan])
     low = np.maximum(np.minimum(low, far.min(axis=0)), low - 0.2)
     high = np.minimum(np.maximum(high, far.max(axis=0)), high + 0.2)
     middle = 0.5 * (low + high)
     half_size = np.maximum(0.5 * (high - low) + MARGIN, 0.5 * SMALLEST)
-    return Extent(_pair(middle - half_size), _pair(middle + half_size))
+    return Extent(pair(middle - half_size), pair(middle + half_size))
 
 
 def draw_top_view(ax: Axes, rollout: Rollout, parts: list[Stance], shown: Extent) -> None:
@@ -101,9 +71,9 @@ def draw_top_view(ax: Axes, rollout: Rollout, parts: list[Stance], shown: Extent
     _draw_footprints(ax, rollout, parts)
     _number_footprints(ax, rollout, parts)
     for index, push in enumerate(acting_pushes(rollout)):
-        _draw_push(ax, rollout, push, index)
+        draw_push(ax, rollout, push, index)
     _draw_paths(ax, rollout, parts)
-    _label_pushes(ax, rollout)
+    label_pushes(ax, rollout, shown)
     if rollout.fall is not None:
         _mark_fall(ax, rollout, shown)
 
@@ -111,7 +81,7 @@ def draw_top_view(ax: Axes, rollout: Rollout, parts: list[Stance], shown: Extent
 def _soles(rollout: Rollout, parts: list[Stance]) -> list[tuple[tuple[float, float], Side]]:
     """Every place where a foot stood: the swing foot's first, then in the order of landing."""
     start = rollout.swing_foot[0][:2]
-    first = (_pair(start), parts[0].side.other)
+    first = (pair(start), parts[0].side.other)
     return [first, *((part.support_foot, part.side) for part in parts)]
 
 
@@ -134,10 +104,8 @@ def _draw_footprints(ax: Axes, rollout: Rollout, parts: list[Stance]) -> None:
             )
         )
     for part in parts:
-        nominal = part.nominal_landing
-        if not part.adapted or part.landing is None or nominal is None:
-            continue
-        if math.dist(nominal, part.landing) < NOTICEABLE:
+        nominal = part.moved_from
+        if nominal is None:
             continue
         ax.add_patch(
             Rectangle(
@@ -155,28 +123,27 @@ def _draw_footprints(ax: Axes, rollout: Rollout, parts: list[Stance]) -> None:
 
 
 def _number_footprints(ax: Axes, rollout: Rollout, parts: list[Stance]) -> None:
-    """Write the number of its step beside every sole, on the outer side or, sideways, at the ends."""
-    places: list[tuple[tuple[float, float], Side, list[int]]] = []
-    for number, (centre, side) in enumerate(_soles(rollout, parts)[1:]):
-        for other, other_side, numbers in places:
-            if side is other_side and math.dist(centre, other) < SAME_PLACE:
-                numbers.append(number)
-                break
-        else:
-            places.append((centre, side, [number]))
+    """Write the number of its step at the outer side of every sole; sideways, at its ends."""
     adapted = {part.number for part in parts if part.adapted}
     moved = np.abs(np.subtract(parts[-1].support_foot, parts[0].support_foot))
     sideways = moved[1] > max(moved[0], rollout.robot.hip)
+    places = _places(rollout, parts)
+    # Where steps crowd, those that were decided online are the ones to name.
+    places.sort(key=lambda place: adapted.isdisjoint(place[2]))
+    taken: list[NDArray[np.float64]] = []
     for centre, side, numbers in places:
         outward = 1.0 if side is Side.LEFT else -1.0
-        half = np.array(rollout.robot.foot.half)
         way = np.array([outward, 0.0] if sideways else [0.0, outward])
-        x, y = np.add(centre, way * half)
+        spot = np.add(centre, way * rollout.robot.foot.half)
+        apart = np.array([0.23, 0.15]) * metres_per_inch(ax)
+        if any(np.all(np.abs(spot - other) < apart) for other in taken):
+            continue
+        taken.append(spot)
         online = not adapted.isdisjoint(numbers)
         ax.annotate(
             _run_of_numbers(numbers),
-            (x, y),
-            xytext=_pair(3.0 * way),
+            pair(spot),
+            xytext=pair(3.0 * way),
             textcoords="offset points",
             ha=("left" if outward > 0.0 else "right") if sideways else "center",
             va="center" if sideways else ("bottom" if outward > 0.0 else "top"),
@@ -190,8 +157,23 @@ def _number_footprints(ax: Axes, rollout: Rollout, parts: list[Stance]) -> None:
         )
 
 
+def _places(
+    rollout: Rollout, parts: list[Stance]
+) -> list[tuple[tuple[float, float], Side, list[int]]]:
+    """Where feet stood, and the steps that brought them there; in place, several to the same."""
+    places: list[tuple[tuple[float, float], Side, list[int]]] = []
+    for number, (centre, side) in enumerate(_soles(rollout, parts)[1:]):
+        for other, other_side, numbers in places:
+            if side is other_side and math.dist(centre, other) < SAME_PLACE:
+                numbers.append(number)
+                break
+        else:
+            places.append((centre, side, [number]))
+    return places
+
+
 def _run_of_numbers(numbers: list[int]) -> str:
-    if len(numbers) > 3:
+    if len(numbers) > 4:
         return f"{numbers[0]}, {numbers[1]} … {numbers[-1]}"
     return ", ".join(map(str, numbers))
 
@@ -201,143 +183,79 @@ def _draw_paths(ax: Axes, rollout: Rollout, parts: list[Stance]) -> None:
     ax.plot(*zmp.T, color=palette.ZMP, linewidth=1.2, zorder=3.0, gid="zmp")
     dots = rollout.zmp[_spaced(rollout.zmp)]
     ax.plot(
-        *dots.T, ".", color=palette.ZMP, markersize=4.0, markeredgewidth=0, zorder=3.1,
+        *dots.T,
+        ".",
+        color=palette.ZMP,
+        markersize=4.0,
+        markeredgewidth=0,
+        zorder=3.1,
         gid="zmp-points",
-    )  # fmt: skip
+    )
     if rollout.zmp_excess.any():
         outside = np.where(rollout.zmp_excess[:, None] > 0.0, rollout.zmp, np.nan)
         ax.plot(
-            *broken(outside, parts).T, color=palette.ALARM, linewidth=2.6, zorder=3.2,
-            solid_capstyle="round", gid="zmp-outside",
-        )  # fmt: skip
+            *broken(outside, parts).T,
+            color=palette.ALARM,
+            linewidth=2.6,
+            zorder=3.2,
+            solid_capstyle="round",
+            gid="zmp-outside",
+        )
     ax.plot(*rollout.com.T, color=palette.COM, linewidth=1.3, zorder=4.15, gid="com")
     ax.plot(*rollout.dcm.T, color=palette.DCM, linewidth=2.0, zorder=4.1, gid="dcm")
     ax.plot(
-        *broken(rollout.dcm_plan, parts).T, color=palette.DCM_PLAN, linewidth=1.1, zorder=4.2,
-        linestyle=(0, (3, 2)), gid="dcm-plan",
-    )  # fmt: skip
+        *broken(rollout.dcm_plan, parts).T,
+        color=palette.DCM_PLAN,
+        linewidth=1.1,
+        zorder=4.2,
+        linestyle=DASHES,
+        gid="dcm-plan",
+    )
     landed = [part.samples.start for part in parts[1:]]
     ax.plot(
-        *rollout.dcm[landed].T, "o", color="white", markeredgecolor=palette.DCM,
-        markersize=3.6, markeredgewidth=1.0, zorder=4.3, gid="dcm-touchdown",
-    )  # fmt: skip
+        *rollout.dcm[landed].T,
+        "o",
+        color="white",
+        markeredgecolor=palette.DCM,
+        markersize=3.6,
+        markeredgewidth=1.0,
+        zorder=4.3,
+        gid="dcm-touchdown",
+    )
 
 
 def _spaced(points: NDArray[np.float64]) -> list[int]:
-    """The first point and then every one that can be seen apart from the last one chosen."""
+    """The first point, and then every one that is a spacing away from the last one chosen."""
     chosen = [0]
     for index, (x, y) in enumerate(points):
         last_x, last_y = points[chosen[-1]]
-        if math.hypot(x - last_x, y - last_y) > NOTICEABLE:
+        if math.hypot(x - last_x, y - last_y) > DOT_SPACING:
             chosen.append(index)
     return chosen
-
-
-def _arrow(rollout: Rollout, push: Push) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Tail and tip of a push: the weight of the robot would be as long as its CoM is high."""
-    robot = rollout.robot
-    force = math.hypot(*push.force)
-    tip = _pair(rollout.com[push_samples(rollout, push).start])
-    if force == 0.0:
-        return tip, tip
-    length = robot.com_height * min(max(force / (robot.mass * robot.gravity), 0.1), 0.7)
-    way = np.array(push.force) / force
-    return _pair(tip - length * way), tip
-
-
-def _draw_push(ax: Axes, rollout: Rollout, push: Push, index: int) -> None:
-    acting, opacity = push_samples(rollout, push), push_opacity(rollout, push)
-    for path in (rollout.com, rollout.dcm):
-        ax.plot(
-            *path[acting].T, color=palette.PUSH, linewidth=8.0, alpha=min(1.0, 2.0 * opacity),
-            solid_capstyle="round", zorder=2.0, gid=f"push-path-{index}",
-        )  # fmt: skip
-    tail, tip = _arrow(rollout, push)
-    if tail == tip:
-        return
-    arrow = FancyArrowPatch(
-        tail,
-        tip,
-        arrowstyle="simple,head_length=9,head_width=9,tail_width=3.6",
-        shrinkA=0.0,
-        shrinkB=0.0,
-        facecolor=palette.PUSH,
-        edgecolor=palette.PUSH_EDGE,
-        linewidth=0.8,
-        zorder=5.0,
-        gid=f"push-{index}",
-    )
-    ax.add_patch(arrow)
-
-
-def label_levels(rollout: Rollout, shown: Extent, width: float) -> list[tuple[float, int]]:
-    """Where the words about the pushes go: x [m] and the line above the picture, from 0.
-
-    Args:
-        rollout: the walk.
-        shown: the ground that the picture shows.
-        width: of the picture [in].
-    """
-    scale = shown.size[0] / width
-    ends: list[float] = []
-    places = []
-    for push in _labelled(rollout):
-        half = 0.5 * scale * (0.068 * len(push_label(push)) + 0.1)
-        x = min(max(_arrow(rollout, push)[0][0], shown.low[0] + half), shown.high[0] - half)
-        level = next((i for i, end in enumerate(ends) if x - half > end), len(ends))
-        ends[level : level + 1] = [x + half]
-        places.append((x, level))
-    return places
-
-
-def _labelled(rollout: Rollout) -> list[Push]:
-    """The pushes that get words: all, or the strongest if they are many."""
-    pushes = acting_pushes(rollout)
-    strong = sorted(pushes, key=lambda push: -math.hypot(*push.force))[:LABELLED_PUSHES]
-    return [push for push in pushes if push in strong]
-
-
-def _label_pushes(ax: Axes, rollout: Rollout) -> None:
-    low_x, high_x = ax.get_xlim()
-    low_y, high_y = ax.get_ylim()
-    box = ax.get_position()
-    figure_width, figure_height = ax.figure.get_figure(root=True).get_size_inches()
-    shown = Extent((low_x, low_y), (high_x, high_y))
-    height = box.height * figure_height
-    places = label_levels(rollout, shown, box.width * figure_width)
-    for index, (push, (x, level)) in enumerate(zip(_labelled(rollout), places, strict=True)):
-        ax.annotate(
-            push_label(push),
-            _pair(np.mean(_arrow(rollout, push), axis=0)),
-            xytext=(x, 1.0 + (0.06 + 0.18 * level) / height),
-            textcoords=ax.get_xaxis_transform(),
-            ha="center",
-            va="bottom",
-            fontsize=8.5,
-            fontweight="bold",
-            color=palette.PUSH_EDGE,
-            arrowprops={
-                "arrowstyle": "-", "color": palette.PUSH_EDGE, "linewidth": 0.6, "shrinkA": 1.0,
-                "shrinkB": 0.0, "relpos": (0.5, 0.0),
-            },
-            annotation_clip=False,
-            zorder=4.9,
-            gid=f"push-label-{index}",
-        )  # fmt: skip
 
 
 def _mark_fall(ax: Axes, rollout: Rollout, shown: Extent) -> None:
     """A cross where the DCM was at the end, tied to the foot that it ran away from."""
     foot, dcm = rollout.support_foot[-1], rollout.dcm[-1]
     ax.plot(
-        *np.array([foot, dcm]).T, color=palette.ALARM, linewidth=1.0, linestyle=(0, (1, 1.5)),
-        zorder=4.4, gid="fall-distance",
-    )  # fmt: skip
+        *np.array([foot, dcm]).T,
+        color=palette.ALARM,
+        linewidth=1.0,
+        linestyle=(0, (1, 1.5)),
+        zorder=4.4,
+        gid="fall-distance",
+    )
     ax.plot(
-        *dcm, "X", color=palette.ALARM, markersize=10.0, markeredgecolor="white",
-        markeredgewidth=0.8, zorder=5.5, gid="fall",
-    )  # fmt: skip
-    x, y = _pair(np.clip(dcm, shown.low, shown.high))
+        *dcm,
+        "X",
+        color=palette.ALARM,
+        markersize=10.0,
+        markeredgecolor="white",
+        markeredgewidth=0.8,
+        zorder=5.5,
+        gid="fall",
+    )
+    x, y = pair(np.clip(dcm, shown.low, shown.high))
     right = x > 0.5 * (shown.low[0] + shown.high[0])
     above = y < 0.5 * (shown.low[1] + shown.high[1])
     ax.annotate(

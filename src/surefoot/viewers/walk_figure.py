@@ -5,19 +5,20 @@ from __future__ import annotations
 import textwrap
 from io import BytesIO
 from pathlib import Path
-from tempfile import TemporaryFile
 
 from matplotlib import style
 from matplotlib.figure import Figure
 
+from surefoot.checks import check_writable
 from surefoot.errors import FileError
 from surefoot.simulation.rollout import Rollout
 from surefoot.version import VERSION
 from surefoot.viewers import palette
 from surefoot.viewers.page import WIDTH, lay_out, view_size
+from surefoot.viewers.push_arrows import label_places
 from surefoot.viewers.stances import stances
 from surefoot.viewers.time_plots import draw_time_plots
-from surefoot.viewers.top_view import draw_top_view, extent, label_levels
+from surefoot.viewers.top_view import draw_top_view, extent
 from surefoot.viewers.walk_legend import legend_entries
 from surefoot.viewers.walk_words import fall_evidence, title
 
@@ -26,6 +27,9 @@ FORMATS = (".png", ".pdf", ".svg")
 
 RESOLUTION = 160
 """Of a .png [1/in]."""
+
+_SEPARATOR = "  ·  "
+_TITLE_LENGTH = 112
 
 
 def draw_walk(rollout: Rollout, path: Path) -> None:
@@ -49,7 +53,9 @@ def draw_walk(rollout: Rollout, path: Path) -> None:
     try:
         path.write_bytes(picture.getvalue())
     except OSError as error:
-        raise _unwritable(path, error) from error
+        raise FileError(
+            "a file that can be written", f"{path}: {error.strerror}", "choose another place"
+        ) from error
 
 
 def check_figure_path(path: str | Path) -> None:
@@ -60,30 +66,7 @@ def check_figure_path(path: str | Path) -> None:
     Raises:
         FileError: an unknown ending, no such directory, or no permission.
     """
-    path = Path(path)
-    if path.suffix.lower() not in FORMATS:
-        raise FileError(
-            f"a picture ending in {', '.join(FORMATS)}",
-            f"{str(path)!r}",
-            "rename it: the ending names the format",
-        )
-    try:
-        if path.exists():
-            # Opened to append, and closed again: a file that can be replaced, unchanged.
-            path.open("ab").close()
-        else:
-            # A file without a name: proof that the directory can be written to, gone when closed.
-            TemporaryFile(dir=path.resolve().parent).close()
-    except OSError as error:
-        raise _unwritable(path, error) from error
-
-
-def _unwritable(path: Path, error: OSError) -> FileError:
-    return FileError(
-        "a picture that can be written",
-        f"{path}: {error.strerror or error}",
-        "choose another place, or make the directory first",
-    )
+    check_writable(Path(path), FORMATS)
 
 
 def walk_figure(rollout: Rollout) -> Figure:
@@ -98,9 +81,9 @@ def walk_figure(rollout: Rollout) -> Figure:
     parts = stances(rollout)
     ground = extent(rollout, parts)
     size = view_size(ground)
-    lines = [level for _, level in label_levels(rollout, ground.filling(*size), size[0])]
+    lines = [level for _, _, level in label_places(rollout, ground.filling(*size), size[0])]
     entries = legend_entries(rollout, parts)
-    headline = textwrap.fill(title(rollout), 112)
+    headline = _headline(title(rollout))
     evidence = textwrap.fill(fall_evidence(rollout), 150)
     headline_height = 0.24 * len(headline.splitlines())
     title_height = 0.14 + headline_height + 0.2 * len(evidence.splitlines())
@@ -113,28 +96,51 @@ def walk_figure(rollout: Rollout) -> Figure:
     )
     if evidence:
         figure.text(
-            across, 1.0 - (0.18 + headline_height) * up, evidence, fontsize=9.0, va="top",
-            color=palette.ALARM, gid="fall-evidence",
-        )  # fmt: skip
+            across,
+            1.0 - (0.18 + headline_height) * up,
+            evidence,
+            fontsize=9.0,
+            va="top",
+            color=palette.ALARM,
+            gid="fall-evidence",
+        )
     draw_top_view(page.add_axes(figure, page.top_view), rollout, parts, page.shown)
     draw_time_plots(page.add_time_axes(figure), rollout, parts)
     figure.legend(
-        handles=entries, loc="upper left", ncols=page.legend_columns, frameon=False,
-        bbox_to_anchor=(page.legend[0] / WIDTH, 1.0 - page.legend[1] * up), borderaxespad=0.0,
-        borderpad=0.0, labelspacing=0.35, handlelength=2.2, columnspacing=1.4,
-    )  # fmt: skip
+        handles=entries,
+        loc="upper left",
+        ncols=page.legend_columns,
+        frameon=False,
+        bbox_to_anchor=(page.legend[0] / WIDTH, 1.0 - page.legend[1] * up),
+        borderaxespad=0.0,
+        borderpad=0.0,
+        labelspacing=0.35,
+        handlelength=2.2,
+        columnspacing=1.2,
+    )
     return figure
+
+
+def _headline(parts: list[str]) -> str:
+    """The parts of a title, with a new line before what does not fit any more."""
+    text, room = "", _TITLE_LENGTH
+    for part in parts:
+        if text and room < len(part):
+            text, room = f"{text}\n{part}", _TITLE_LENGTH
+        else:
+            text = f"{text}{_SEPARATOR}{part}" if text else part
+        room -= len(part) + len(_SEPARATOR)
+    return text
 
 
 def _about(rollout: Rollout, form: str) -> dict[str, str | None]:
     """What the file says of itself, without a date."""
     maker = f"Surefoot {VERSION}"
+    name = ", ".join(title(rollout))
     settings = f"{rollout.controller}({rollout.controller_parameters})"
     if form == "png":
-        return {"Title": title(rollout), "Description": settings, "Software": maker}
+        return {"Title": name, "Description": settings, "Software": maker}
     if form == "pdf":
-        return {
-            "Title": title(rollout), "Subject": settings, "Creator": maker, "Producer": maker,
-            "CreationDate": None,
-        }  # fmt: skip
-    return {"Title": title(rollout), "Description": settings, "Creator": maker, "Date": None}
+        about = {"Title": name, "Subject": settings, "Creator": maker, "Producer": maker}
+        return {**about, "CreationDate": None}
+    return {"Title": name, "Description": settings, "Creator": maker, "Date": None}

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 from matplotlib.artist import Artist
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from surefoot.models.footsteps import Side
+from surefoot.simulation.outcome import SETTLED_ERROR
 from surefoot.simulation.rollout import Rollout
 from surefoot.viewers import palette
 from surefoot.viewers.stances import Stance, acting_pushes
+
+Dash = Literal["solid", "dashed", "dashdot", "dotted"]
 
 
 def legend_entries(rollout: Rollout, parts: list[Stance]) -> list[Artist]:
@@ -28,38 +33,60 @@ def legend_entries(rollout: Rollout, parts: list[Stance]) -> list[Artist]:
             name = f"{side.name.lower()} sole"
             entries.append(
                 Patch(
-                    facecolor=palette.SOLE[side], edgecolor=palette.SOLE_EDGE[side],
-                    linewidth=0.8, label=name,
+                    facecolor=palette.SOLE[side],
+                    edgecolor=palette.SOLE_EDGE[side],
+                    linewidth=0.8,
+                    label=name,
                 )
-            )  # fmt: skip
+            )
+    if rollout.commands["double_support"].any():
+        entries.append(Patch(facecolor=palette.BOTH_SOLES, linewidth=0.0, label="both soles"))
     return entries + _events(rollout, parts)
 
 
 def _events(rollout: Rollout, parts: list[Stance]) -> list[Artist]:
     entries: list[Artist] = []
     online = [part for part in parts if part.adapted]
-    if online:
+    if any(part.landing is not None for part in online):
         entries.append(_outline("landing decided online", 1.8, "solid"))
+    if any(part.moved_from is not None for part in online):
         entries.append(_outline("nominal landing", 1.0, "dashed"))
+    if online:
         entries.append(
-            Patch(facecolor="none", edgecolor=palette.ADAPTED, hatch="////", linewidth=0.0,
-                  alpha=0.5, label="deciding online")
-        )  # fmt: skip
+            Patch(
+                facecolor="none",
+                edgecolor=palette.ADAPTED,
+                hatch="////",
+                linewidth=0.0,
+                alpha=0.5,
+                label="deciding online",
+            )
+        )
     if acting_pushes(rollout):
         entries.append(Patch(facecolor=palette.PUSH, alpha=0.6, linewidth=0.0, label="push"))
     if len(rollout.velocities) > 1:
         entries.append(_line("new velocity", palette.COM, 0.9, "dashdot"))
+    entries.append(
+        _line(f"limits; settled ({1e3 * SETTLED_ERROR:.0f} mm)", palette.QUIET, 0.8, "dotted")
+    )
     return entries
 
 
-def _line(label: str, color: str, width: float, dash: str = "solid", marker: str = "") -> Line2D:
+def _line(label: str, color: str, width: float, dash: Dash = "solid", marker: str = "") -> Line2D:
     return Line2D(
-        [], [], color=color, linewidth=width, linestyle=dash, marker=marker, markersize=6.0,
-        markeredgewidth=0.0, label=label,
-    )  # fmt: skip
+        [],
+        [],
+        color=color,
+        linewidth=width,
+        linestyle=dash,
+        marker=marker,
+        markersize=6.0,
+        markeredgewidth=0.0,
+        label=label,
+    )
 
 
-def _outline(label: str, width: float, dash: str) -> Patch:
+def _outline(label: str, width: float, dash: Dash) -> Patch:
     return Patch(
         facecolor="none", edgecolor=palette.ADAPTED, linewidth=width, linestyle=dash, label=label
     )

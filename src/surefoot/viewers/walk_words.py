@@ -12,20 +12,20 @@ from surefoot.viewers.stances import acting_pushes
 _ENDINGS = {
     Outcome.WALKED: "walked on",
     Outcome.RECOVERED: "recovered",
-    Outcome.UNSETTLED: "still walking, not settled when the run ended",
+    Outcome.UNSETTLED: "not settled when the run ended",
     Outcome.FELL: "fell",
 }
 
 
-def title(rollout: Rollout) -> str:
-    """Robot, velocity, controller, pushes and outcome in one line."""
+def title(rollout: Rollout) -> list[str]:
+    """Robot, velocity, controller, pushes and outcome, each in its own words."""
     parts = [
         f"{rollout.robot.name}, {_velocities(rollout)}",
         rollout.controller,
         _pushes(rollout),
         _ENDINGS[rollout.outcome],
     ]
-    return "  ·  ".join(part for part in parts if part)
+    return [part for part in parts if part]
 
 
 def fall_evidence(rollout: Rollout) -> str:
@@ -39,11 +39,14 @@ def fall_evidence(rollout: Rollout) -> str:
     )
     if fall.lost_time is not None and fall.lost_margin is not None:
         words += (
-            f"; lost at the touchdown at {fall.lost_time:.2f} s: the DCM offset was "
+            f"; lost at the touchdown at {fall.lost_time:.2f} s, the DCM offset "
             f"{-1e3 * fall.lost_margin:.0f} mm outside what further steps can save"
         )
+        before = "it was {:.0f} mm inside at the touchdown before, at {:.2f} s"
+    else:
+        before = "further steps could save it by {:.0f} mm at the last touchdown, at {:.2f} s"
     if fall.last_viable_time is not None and fall.last_margin is not None:
-        words += f" ({1e3 * fall.last_margin:.0f} mm inside at {fall.last_viable_time:.2f} s)"
+        words += "; " + before.format(1e3 * fall.last_margin, fall.last_viable_time)
     return words
 
 
