@@ -40,9 +40,24 @@ def njit(function: Callable[..., Any] | None = None, **options: Any) -> Any:
     """
     if function is None:
         return lambda function: njit(function, **options)
-    dispatcher = numba.njit(cache=True, nogil=True, **options)(function)
+    dispatcher = numba.njit(cache=True, nogil=True, error_model="numpy", **options)(function)
     _stamp(dispatcher)
     return dispatcher
+
+
+def entry_point(kernel: Any, *dtypes: Any) -> Callable[..., None]:
+    """A compiled kernel for arrays of these records, called without a look at their types.
+
+    The look takes longer than most kernels. An array with records of another size is refused all
+    the same, with a TypeError.
+
+    Args:
+        kernel: made by `njit`.
+        *dtypes: of the arrays that it is called with, one for each argument.
+    """
+    signature = tuple(numba.types.Array(numba.from_dtype(dtype), 1, "C") for dtype in dtypes)
+    kernel.compile(signature)
+    return kernel.overloads[signature].entry_point
 
 
 def function_pointer(kernel: Any, signature: Any) -> CFunc:

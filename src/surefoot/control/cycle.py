@@ -8,6 +8,7 @@ import numpy as np
 
 from surefoot.compiling import njit
 from surefoot.models.interfaces import Status
+from surefoot.models.plane import length
 from surefoot.planning.swing_foot import bump, bump_lift, quintic
 
 SWING = np.dtype(
@@ -78,7 +79,7 @@ def too_fast(swing, observation, previous, new_step, left, command) -> bool:
                 left,
                 left * k / SPEED_SAMPLES,
             )
-            speed = math.hypot(speed, velocity)
+            speed = length(speed, velocity)
         if speed > limit:
             return True
     return False
@@ -89,7 +90,7 @@ def _move_over_ground(swing, observation, previous, new_step, left, command):
     """Write x and y of the swing foot; flag a landing that a leg of limited speed cannot reach."""
     away_x = command.step_location[0] - observation.swing_foot[0]
     away_y = command.step_location[1] - observation.swing_foot[1]
-    distance = math.hypot(away_x, away_y)
+    distance = length(away_x, away_y)
     if distance > swing.max_speed * left + REACH_TOLERANCE:
         command.status |= _UNREACHABLE
     hurry = (
@@ -190,7 +191,7 @@ def command_swing(
         return _move_up_and_down(
             swing, observation, in_the_air, previous, previous_lift, new_step, left, command
         )
-    away = math.hypot(
+    away = length(
         command.step_location[0] - observation.swing_foot[0],
         command.step_location[1] - observation.swing_foot[1],
     )

@@ -10,13 +10,14 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from functools import cache
 from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from surefoot.checks import check_number
-from surefoot.compiling import njit
+from surefoot.compiling import entry_point, njit
 from surefoot.control.cycle import (
     SWING,
     command_swing,
@@ -26,7 +27,8 @@ from surefoot.control.cycle import (
 )
 from surefoot.errors import ParameterError
 from surefoot.models.footsteps import Side
-from surefoot.models.interfaces import COMMAND, Command, Mode, Observation, Status
+from surefoot.models.interfaces import COMMAND, OBSERVATION, Command, Mode, Observation, Status
+from surefoot.models.plane import length
 from surefoot.models.record import new_array
 from surefoot.models.robot import Robot
 from surefoot.planning.dcm_plan import planned_dcm
@@ -161,7 +163,7 @@ def follow_plan(tracking, observation, growth, plan, command) -> float:
                 min(elapsed - plan.step_duration, plan.closing_after),
             )
         command.dcm_plan[i], command.zmp[i] = foot + dcm, foot + zmp
-    return math.hypot(
+    return length(
         observation.dcm[0] - command.dcm_plan[0], observation.dcm[1] - command.dcm_plan[1]
     )
 
@@ -181,7 +183,7 @@ def track(tracking, observation, plan, command):
     else:
         x, y = min(max(away_x, -half[0]), half[0]), min(max(away_y, -half[1]), half[1])
     command.mode, command.status = _TRACKING_MODE, 0
-    if math.hypot(x - away_x, y - away_y) > EDGE_TOLERANCE:
+    if length(x - away_x, y - away_y) > EDGE_TOLERANCE:
         command.status |= _ZMP_AT_EDGE
     command.zmp[0], command.zmp[1] = foot[0] + x, foot[1] + y
     command.step_duration = plan.step_duration
@@ -214,6 +216,11 @@ def tracking_cycle(parameters, state, observation, next_state):
 @njit
 def _tracking_step(parameters, state, observation, next_state):
     tracking_cycle(parameters[0], state[0], observation[0], next_state[0])
+
+
+@cache
+def _compiled() -> Callable[..., None]:
+    return entry_point(_tracking_step, TRACKING, TRACKING_STATE, OBSERVATION, TRACKING_STATE)
 
 
 def check_double_support(fraction: float) -> None:
@@ -341,10 +348,7 @@ class DcmTracking:
             self.period,
         )
         object.__setattr__(self, "parameters", parameters)
-        if not _tracking_step.signatures:
-            # Compile, or load from the cache, now rather than in the first control cycle.
-            observation = gait.observation(Side.RIGHT)
-            self.step(self.start(observation), observation)
+        _compiled()  # Now rather than in the first control cycle.
 
     @property
     def kernel(self) -> Callable[..., None]:
@@ -366,7 +370,7 @@ class DcmTracking:
     ) -> tuple[Command, NDArray[np.void]]:
         """One cycle: what to do now, and the state for the next cycle."""
         next_state = new_array(TRACKING_STATE)
-        _tracking_step(self.parameters, state, observation.array, next_state)
+        _compiled()(self.parameters, state, observation.array, next_state)
         return Command.of(next_state["command"]), next_state
 
     def with_velocity(self, velocity: tuple[float, float]) -> Self:

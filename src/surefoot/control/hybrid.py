@@ -11,13 +11,14 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from functools import cache
 from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from surefoot.checks import check_number, check_pair
-from surefoot.compiling import njit
+from surefoot.compiling import entry_point, njit
 from surefoot.control.cycle import (
     command_swing,
     growth_since_touchdown,
@@ -39,7 +40,7 @@ from surefoot.control.dcm_tracking import (
     tracking_parameters,
 )
 from surefoot.models.footsteps import Side
-from surefoot.models.interfaces import COMMAND, Command, Mode, Observation
+from surefoot.models.interfaces import COMMAND, OBSERVATION, Command, Mode, Observation
 from surefoot.models.record import new_array
 from surefoot.models.robot import Robot
 from surefoot.planning.nominal_gait import NominalGait, nominal_gait
@@ -118,6 +119,11 @@ def _hybrid_step(parameters, state, observation, next_state):
     hybrid_cycle(parameters[0], state[0], observation[0], next_state[0])
 
 
+@cache
+def _compiled() -> Callable[..., None]:
+    return entry_point(_hybrid_step, HYBRID, HYBRID_STATE, OBSERVATION, HYBRID_STATE)
+
+
 @dataclass(frozen=True)
 class HybridController:
     """DCM tracking for small errors, online step location and timing for large ones.
@@ -182,10 +188,7 @@ class HybridController:
         for side in Side:
             parameters["problem"][0, side_index.py_func(side)] = self.step_problem(side).array[0]
         object.__setattr__(self, "parameters", parameters)
-        if not _hybrid_step.signatures:
-            # Compile, or load from the cache, now rather than in the first control cycle.
-            observation = gait.observation(Side.RIGHT)
-            self.step(self.start(observation), observation)
+        _compiled()  # Now rather than in the first control cycle.
 
     def step_problem(
         self,
@@ -244,7 +247,7 @@ class HybridController:
     ) -> tuple[Command, NDArray[np.void]]:
         """One cycle: what to do now, and the state for the next cycle."""
         next_state = new_array(HYBRID_STATE)
-        _hybrid_step(self.parameters, state, observation.array, next_state)
+        _compiled()(self.parameters, state, observation.array, next_state)
         return Command.of(next_state["command"]), next_state
 
     def with_velocity(self, velocity: tuple[float, float]) -> Self:

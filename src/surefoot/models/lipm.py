@@ -15,7 +15,7 @@ STANDARD_GRAVITY = 9.81
 """Gravitational acceleration a robot file may override [m/s^2]."""
 
 
-@njit
+@njit(forceinline=True)
 def natural_frequency(com_height: float, gravity: float = STANDARD_GRAVITY) -> float:
     """omega = sqrt(g / z), Eq. (4) of [OnlineGait].
 
@@ -29,13 +29,13 @@ def natural_frequency(com_height: float, gravity: float = STANDARD_GRAVITY) -> f
     return math.sqrt(gravity / com_height)
 
 
-@njit
+@njit(forceinline=True)
 def pushed_pivot(zmp: float, force: float, mass: float, omega: float) -> float:
     """The pivot p' = p - F / (m omega^2) that acts like ZMP and push together, one axis [m]."""
     return zmp - force / (mass * omega * omega)
 
 
-@njit
+@njit(forceinline=True)
 def dcm_flow(dcm: float, pivot: float, omega: float, duration: float) -> float:
     """The DCM after `duration` about a constant pivot, one axis: Eq. (7) of [OnlineGait].
 
@@ -53,7 +53,7 @@ def dcm_flow(dcm: float, pivot: float, omega: float, duration: float) -> float:
     return pivot + (dcm - pivot) * math.exp(omega * duration)
 
 
-@njit
+@njit(forceinline=True)
 def com_flow(
     com: float, com_velocity: float, pivot: float, omega: float, duration: float
 ) -> tuple[float, float]:
@@ -74,7 +74,7 @@ def com_flow(
     return com_flow_by(com, com_velocity, pivot, omega, math.exp(omega * duration))
 
 
-@njit
+@njit(forceinline=True)
 def com_flow_by(
     com: float, com_velocity: float, pivot: float, omega: float, growth: float
 ) -> tuple[float, float]:

@@ -84,7 +84,7 @@ def push_records(pushes: Sequence[Push]) -> NDArray[np.void]:
     return records
 
 
-@njit
+@njit(forceinline=True)
 def force_until_change(pushes, time: float, horizon: float) -> tuple[float, float, float]:
     """The total force at `time`, and until when it stays so.
 

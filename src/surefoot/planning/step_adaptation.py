@@ -14,10 +14,18 @@ the solution. No iteration to a tolerance, no allocation.
 
 from __future__ import annotations
 
-from surefoot.compiling import njit
+from collections.abc import Callable
+from functools import cache
+
+from surefoot.compiling import entry_point, njit
 from surefoot.models.interfaces import Status
 from surefoot.models.record import new_array
-from surefoot.planning.step_problem import STEP_SOLUTION, StepProblem, StepSolution
+from surefoot.planning.step_problem import (
+    STEP_PROBLEM,
+    STEP_SOLUTION,
+    StepProblem,
+    StepSolution,
+)
 
 NEWTON_STEPS = 4
 """Newton's method rarely needs more than two or three evaluations; then the kinks are bisected."""
@@ -50,11 +58,11 @@ def solve_step(problem: StepProblem) -> StepSolution:
         The minimiser. Where weights of zero leave many, the one nearest to nominal.
     """
     solution = new_array(STEP_SOLUTION)
-    _solve_first(problem.array, solution)
+    _compiled()(problem.array, solution)
     return StepSolution.of(solution)
 
 
-@njit(error_model="numpy")
+@njit(forceinline=True)
 def prepare_axis(weight, nominal, low, high, d_weight, penalty, d_nominal, d_low, d_high):
     """One axis, ready to be evaluated: its numbers, and what every evaluation divides by.
 
@@ -75,7 +83,7 @@ def prepare_axis(weight, nominal, low, high, d_weight, penalty, d_nominal, d_low
     )
 
 
-@njit(error_model="numpy")
+@njit(forceinline=True)
 def solve_axis(r, axis):
     """The best step X and offset d = r - X of one axis, for r = A tau.
 
@@ -110,7 +118,7 @@ def solve_axis(r, axis):
     return step, d, pull_first + inside * (d - first), inside, piece + 2
 
 
-@njit(error_model="numpy")
+@njit
 def _offset_at(multiplier, axis):
     """The d at which the pull of the offset equals the multiplier."""
     first, second, pull_first, pull_second = axis[1]
@@ -122,7 +130,7 @@ def _offset_at(multiplier, axis):
     return first + (multiplier - pull_first) / inside
 
 
-@njit(error_model="numpy")
+@njit
 def axis_kinks(axis):
     """The four values of r = A tau at which the best step or offset meets a bound [m]."""
     weight, nominal, low, high = axis[0]
@@ -135,7 +143,7 @@ def axis_kinks(axis):
     )
 
 
-@njit(error_model="numpy")
+@njit(forceinline=True)
 def _slope_of_value(tau, tau_weight, nominal_tau, growth_x, growth_y, x_axis, y_axis):
     """First and second derivative of the value over tau, and the number of the linear piece."""
     _, _, pull_x, slope_x, piece_x = solve_axis(growth_x * tau, x_axis)
@@ -145,7 +153,39 @@ def _slope_of_value(tau, tau_weight, nominal_tau, growth_x, growth_y, x_axis, y_
     return gradient, curvature, 9 * piece_x + piece_y
 
 
-@njit(error_model="numpy")
+@njit
+def _bisect_kinks(
+    low, high, evaluations, tau_weight, nominal_tau, growth_x, growth_y, x_axis, y_axis
+):
+    """`best_tau` from a bracket: cut it at every kink inside, until it holds one piece only.
+
+    A function of its own: it is rarely needed, and too long to be compiled into its caller.
+    """
+    kinks_x, kinks_y = axis_kinks(x_axis), axis_kinks(y_axis)
+    for i in range(8):
+        kink = kinks_x[i] / growth_x if i < 4 else kinks_y[i - 4] / growth_y
+        if low < kink < high:
+            evaluations += 1
+            if (
+                _slope_of_value(kink, tau_weight, nominal_tau, growth_x, growth_y, x_axis, y_axis)[
+                    0
+                ]
+                < 0.0
+            ):
+                low = kink
+            else:
+                high = kink
+    tau = 0.5 * (low + high)
+    for _ in range(2):
+        gradient, curvature, _ = _slope_of_value(
+            tau, tau_weight, nominal_tau, growth_x, growth_y, x_axis, y_axis
+        )
+        evaluations += 1
+        tau = min(max(tau - gradient / curvature, low), high)
+    return tau, evaluations
+
+
+@njit
 def best_tau(low, high, tau_weight, nominal_tau, growth_x, growth_y, x_axis, y_axis):
     """The minimiser over tau in [low, high], and how often the derivative was evaluated.
 
@@ -167,31 +207,12 @@ def best_tau(low, high, tau_weight, nominal_tau, growth_x, growth_y, x_axis, y_a
             return min(max(tau - gradient / curvature, low), high), evaluations
         tau, previous = min(max(tau - gradient / curvature, low), high), piece
 
-    kinks_x, kinks_y = axis_kinks(x_axis), axis_kinks(y_axis)
-    for i in range(8):
-        kink = kinks_x[i] / growth_x if i < 4 else kinks_y[i - 4] / growth_y
-        if low < kink < high:
-            evaluations += 1
-            if (
-                _slope_of_value(kink, tau_weight, nominal_tau, growth_x, growth_y, x_axis, y_axis)[
-                    0
-                ]
-                < 0.0
-            ):
-                low = kink
-            else:
-                high = kink
-    tau = 0.5 * (low + high)
-    for _ in range(2):
-        gradient, curvature, piece = _slope_of_value(
-            tau, tau_weight, nominal_tau, growth_x, growth_y, x_axis, y_axis
-        )
-        evaluations += 1
-        tau = min(max(tau - gradient / curvature, low), high)
-    return tau, evaluations
+    return _bisect_kinks(
+        low, high, evaluations, tau_weight, nominal_tau, growth_x, growth_y, x_axis, y_axis
+    )
 
 
-@njit(error_model="numpy")
+@njit
 def solve_step_record(problem, growth_x, growth_y, tau_now, solution):
     """`solve_step` over records, with what changes from cycle to cycle beside the problem.
 
@@ -249,8 +270,13 @@ def solve_step_record(problem, growth_x, growth_y, tau_now, solution):
     solution.violation, solution.status, solution.iterations = violation, status, evaluations
 
 
-@njit(error_model="numpy")
+@njit
 def _solve_first(problems, solutions):
     """`solve_step_record` on arrays of one record, as they come from Python."""
     problem = problems[0]
     solve_step_record(problem, problem.growth[0], problem.growth[1], 0.0, solutions[0])
+
+
+@cache
+def _compiled() -> Callable[..., None]:
+    return entry_point(_solve_first, STEP_PROBLEM, STEP_SOLUTION)

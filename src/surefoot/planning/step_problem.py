@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from surefoot.errors import ParameterError
 from surefoot.models.interfaces import Status
-from surefoot.models.record import Record, fill
+from surefoot.models.record import Record, fill, set_array
 
 OFFSET_WEIGHT = (20000.0, 1000.0)
 """Default (a4, a5) [1/m^2]. Forward, a large push drives the step to its limit, and only the timing
@@ -49,6 +49,10 @@ STEP_SOLUTION = np.dtype(
         ("iterations", "i8"),
     ],
 )
+
+
+_PAIRS = frozenset(name for name in STEP_PROBLEM.names or () if STEP_PROBLEM[name].shape)
+_FIRST_WEIGHT = STEP_PROBLEM.fields["step_weight"][1] // 8  # type: ignore[index]
 
 
 class StepProblem(Record):
@@ -95,18 +99,19 @@ class StepProblem(Record):
         offset_penalty: float = OFFSET_PENALTY,
     ) -> None:
         given = locals()
-        fill(
-            self,
-            {
-                name: _checked(name, given[name], STEP_PROBLEM[name].shape)
-                for name in STEP_PROBLEM.names or ()
-            },
-        )
+        numbers = _flat(given)
+        if numbers is None:
+            # Something is wrong: look at one value after the other, to say which.
+            shapes = {name: STEP_PROBLEM[name].shape for name in STEP_PROBLEM.names or ()}
+            fill(self, {name: _checked(name, given[name], shapes[name]) for name in shapes})
+        else:
+            set_array(self, numbers.view(STEP_PROBLEM))
 
     def replace(self, **changes: Any) -> StepProblem:
         """A copy with some values changed, checked like a new problem."""
-        values = dict(zip(STEP_PROBLEM.names or (), self.array[0].tolist(), strict=True))
-        return StepProblem(**(values | changes))
+        return super().replace(
+            **{name: _checked(name, changes[name], STEP_PROBLEM[name].shape) for name in changes}
+        )
 
 
 class StepSolution(Record):
@@ -135,6 +140,24 @@ class StepSolution(Record):
     def status(self) -> Status:
         """What the decision could not keep."""
         return Status(int(self.array["status"][0]))
+
+
+def _flat(given: dict[str, Any]) -> NDArray[np.float64] | None:
+    """All numbers of a problem in the order of its record, or None if one of them is wrong."""
+    flat: list[Any] = []
+    try:
+        for name in STEP_PROBLEM.names or ():
+            if name in _PAIRS:
+                x, y = given[name]
+                flat += (x, y)
+            else:
+                flat.append(given[name])
+        numbers = np.array(flat, np.float64)
+        values = numbers.tolist()
+        good = all(map(math.isfinite, values)) and min(values[_FIRST_WEIGHT:]) >= 0.0
+    except (TypeError, ValueError):
+        return None
+    return numbers if good else None
 
 
 def _checked(name: str, value: Any, shape: tuple[int, ...]) -> NDArray[np.float64]:

@@ -22,7 +22,7 @@ from surefoot.compiling import function_pointer, njit
 from surefoot.errors import ParameterError
 from surefoot.models.footsteps import Side
 from surefoot.models.interfaces import OBSERVATION, Controller
-from surefoot.models.pushes import PUSH, Push, push_records
+from surefoot.models.pushes import PUSH, Push
 from surefoot.simulation.lipm_simulator import LipmSimulator, lipm_cycle
 from surefoot.simulation.outcome import MONITOR, is_settled, watch
 
@@ -55,9 +55,10 @@ def _walk(
         watch(monitor, observation, command)
         cycles += 1
         rested = observation.time > quiet_time and monitor.touchdown_time[2] > quiet_time
-        settled = is_settled(monitor, velocity[0], velocity[1])
         fallen = world[now].fallen != 0
-        if fallen or observation.time >= duration or (rested and settled):
+        ended = fallen or observation.time >= duration
+        settled = (ended or rested) and is_settled(monitor, velocity[0], velocity[1])
+        if ended or settled:
             result.end_time, result.cycles = observation.time, cycles
             result.fallen, result.settled = fallen, settled and not fallen
             result.final = observation
@@ -127,9 +128,8 @@ def simulate_batch(
             "fill up with pushes of no force",
         )
     width = len(pushes[0]) if len(pushes) else 0
-    table = np.zeros((len(pushes), width), PUSH)
-    for row, walk in zip(table, pushes, strict=True):
-        row[:] = push_records(walk)
+    rows = [[(push.start, push.end, push.force) for push in walk] for walk in pushes]
+    table = np.array(rows, PUSH).reshape(len(pushes), width)
     last = max((push.end for row in pushes for push in row), default=0.0)
     quiet = last if stop_when_settled else math.inf
     simulator = LipmSimulator(controller.robot, controller.period)
@@ -147,7 +147,7 @@ def simulate_batch(
 
     workers = workers or os.cpu_count() or 1
     # Small parts: walks that fall end early, so equal shares would not be equal work.
-    size = max(1, min(32, math.ceil(len(pushes) / workers)))
+    size = max(1, min(8, math.ceil(len(pushes) / (8 * workers))))
     parts = [slice(i, i + size) for i in range(0, len(pushes), size)]
     with ThreadPoolExecutor(workers) as pool:
         list(pool.map(run, parts))

@@ -10,15 +10,17 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from surefoot.checks import check_number
-from surefoot.compiling import njit
-from surefoot.models.interfaces import OBSERVATION, Command, Observation
+from surefoot.compiling import entry_point, njit
+from surefoot.models.interfaces import COMMAND, OBSERVATION, Command, Observation
 from surefoot.models.lipm import com_flow_by, pushed_pivot
-from surefoot.models.pushes import Push, force_until_change, push_records
+from surefoot.models.plane import length
+from surefoot.models.pushes import PUSH, Push, force_until_change, push_records
 from surefoot.models.record import new_array
 from surefoot.models.robot import Robot
 
@@ -50,7 +52,7 @@ LIPM_WORLD = np.dtype(
 finished, and whether it has fallen."""
 
 
-@njit
+@njit(forceinline=True)
 def _move_com(parameters, zmp, pushes, start, end, observation):
     """Move CoM and DCM from `start` to `end` about a constant ZMP, exactly, push by push."""
     omega = parameters.omega
@@ -69,12 +71,12 @@ def _move_com(parameters, zmp, pushes, start, end, observation):
         observation.dcm[i] = observation.com[i] + observation.com_velocity[i] / omega
 
 
-@njit
+@njit(forceinline=True)
 def _move_foot(parameters, command, duration, observation):
     """Move the swing foot to where the command wants it, no faster than the leg can."""
     away_x = command.swing_foot[0] - observation.swing_foot[0]
     away_y = command.swing_foot[1] - observation.swing_foot[1]
-    distance, reach = math.hypot(away_x, away_y), parameters.max_speed * duration
+    distance, reach = length(away_x, away_y), parameters.max_speed * duration
     if distance > reach:
         observation.swing_foot[0] += away_x * reach / distance
         observation.swing_foot[1] += away_y * reach / distance
@@ -88,7 +90,7 @@ def _move_foot(parameters, command, duration, observation):
     observation.swing_foot_velocity[2] = command.swing_foot_velocity[2]
 
 
-@njit
+@njit(forceinline=True)
 def _touch_down(observation):
     """The swing foot becomes the support foot, where it is; the other one leaves the ground."""
     for i in range(2):
@@ -102,7 +104,7 @@ def _touch_down(observation):
     observation.elapsed = 0.0
 
 
-@njit
+@njit(forceinline=True)
 def lipm_cycle(parameters, world, command, pushes, next_world):
     """One cycle of the world over records.
 
@@ -133,7 +135,7 @@ def lipm_cycle(parameters, world, command, pushes, next_world):
         _touch_down(observation)
         next_world.step_start, next_world.cycle = end_time, 0
         next_world.steps += 1
-    distance = math.hypot(
+    distance = length(
         observation.dcm[0] - observation.support_foot[0],
         observation.dcm[1] - observation.support_foot[1],
     )
@@ -143,6 +145,11 @@ def lipm_cycle(parameters, world, command, pushes, next_world):
 @njit
 def _lipm_step(parameters, world, command, pushes, next_world):
     lipm_cycle(parameters[0], world[0], command[0], pushes, next_world[0])
+
+
+@cache
+def _compiled() -> Callable[..., None]:
+    return entry_point(_lipm_step, LIPM_PARAMETERS, LIPM_WORLD, COMMAND, PUSH, LIPM_WORLD)
 
 
 @dataclass(frozen=True)
@@ -191,5 +198,5 @@ class LipmSimulator:
     ) -> tuple[Observation, NDArray[np.void]]:
         """Move the world by one cycle: what is observed then, and the world then."""
         next_world = new_array(LIPM_WORLD)
-        _lipm_step(self.parameters, world, command.array, self.push_array, next_world)
+        _compiled()(self.parameters, world, command.array, self.push_array, next_world)
         return Observation.of(next_world["observation"]), next_world

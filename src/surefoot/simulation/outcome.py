@@ -13,6 +13,7 @@ from enum import Enum
 import numpy as np
 
 from surefoot.compiling import njit
+from surefoot.models.plane import length
 
 SETTLED_ERROR = 0.01
 """Largest DCM error of a settled step [m]."""
@@ -89,7 +90,7 @@ def watch(monitor, observation, command):
         for i in range(2):
             monitor.touchdown_com[2, i] = observation.com[i]
         monitor.last_error, monitor.error = monitor.error, 0.0
-    error = math.hypot(
+    error = length(
         observation.dcm[0] - command.dcm_plan[0], observation.dcm[1] - command.dcm_plan[1]
     )
     monitor.error = max(monitor.error, error)
@@ -111,11 +112,11 @@ def mean_velocity(monitor):
 def is_settled(monitor, velocity_x: float, velocity_y: float) -> bool:
     """Whether the robot is on the nominal gait again; see the head of this file."""
     mean_x, mean_y = mean_velocity(monitor)
-    allowed = max(SETTLED_VELOCITY * math.hypot(velocity_x, velocity_y), SETTLED_SLOWEST)
+    allowed = max(SETTLED_VELOCITY * length(velocity_x, velocity_y), SETTLED_SLOWEST)
     # Comparisons with NaN are false: nobody is settled before two steps are finished.
     return (
         monitor.last_error < SETTLED_ERROR
-        and math.hypot(mean_x - velocity_x, mean_y - velocity_y) <= allowed
+        and length(mean_x - velocity_x, mean_y - velocity_y) <= allowed
     )
 
 
