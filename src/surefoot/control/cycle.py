@@ -40,6 +40,7 @@ _UNREACHABLE = int(Status.UNREACHABLE)
 def is_finite(observation) -> bool:
     """Whether everything that a controller reads is a finite number."""
     total = observation.elapsed + observation.time
+    total += observation.support_yaw + observation.swing_yaw
     for i in range(2):
         total += observation.dcm[i] + observation.com[i] + observation.com_velocity[i]
         total += observation.support_foot[i]
@@ -160,7 +161,7 @@ def _stand(location_x, location_y, down, command):
 
 @njit
 def command_swing(
-    swing, observation, in_the_air, previous, previous_lift, new_step, command
+    swing, observation, in_the_air, landing_yaw, previous, previous_lift, new_step, command
 ) -> float:
     """Write the swing foot of the command, one period on; `command` already has landing and timing.
 
@@ -173,6 +174,7 @@ def command_swing(
         swing: a `SWING` record.
         observation: an `OBSERVATION` record.
         in_the_air: when the foot leaves the ground and when it is back, since touchdown [s].
+        landing_yaw: heading with which it lands [rad].
         previous: the `COMMAND` record of the cycle before.
         previous_lift: what this function returned then [m/s^6].
         new_step: whether this is the first cycle of a step: the foot leaves the ground at rest.
@@ -181,15 +183,18 @@ def command_swing(
     Returns:
         The lift of the vertical bump, to be remembered [m/s^6].
     """
+    command.swing_yaw = observation.swing_yaw
     if observation.elapsed < in_the_air[0]:
         _stand(observation.swing_foot[0], observation.swing_foot[1], 0.0, command)
         return previous_lift
     left = in_the_air[1] - observation.elapsed
     if left > swing.period:
+        command.swing_yaw += (landing_yaw - observation.swing_yaw) * swing.period / left
         _move_over_ground(swing, observation, previous, new_step, left, command)
         return _move_up_and_down(
             swing, observation, in_the_air, previous, previous_lift, new_step, left, command
         )
+    command.swing_yaw = landing_yaw
     away = math.hypot(
         command.step_location[0] - observation.swing_foot[0],
         command.step_location[1] - observation.swing_foot[1],

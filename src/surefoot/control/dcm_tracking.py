@@ -30,8 +30,9 @@ from surefoot.models.interfaces import COMMAND, Command, Mode, Observation, Stat
 from surefoot.models.record import new_array
 from surefoot.models.robot import Robot
 from surefoot.planning.dcm_plan import planned_dcm
-from surefoot.planning.double_support import project_onto_feet, transition
+from surefoot.planning.double_support import transition
 from surefoot.planning.nominal_gait import NominalGait, nominal_gait
+from surefoot.planning.support_polygon import nearest_supported
 
 DEFAULT_DCM_GAIN = 3.0
 """K_f, the rate at which tracking removes an error [1/s]."""
@@ -42,6 +43,8 @@ TRACKING = np.dtype(
         ("zmp_gain", "f8"),
         ("half_foot", "f8", (2,)),
         ("step_duration", "f8"),
+        ("next_step_duration", "f8"),
+        ("landing_yaw", "f8"),
         ("double_support", "f8"),
         ("start_offset", "f8", (2, 2)),
         ("step_min", "f8", (2, 2)),
@@ -64,6 +67,7 @@ PLAN = np.dtype(
         ("closing_before", "f8"),
         ("closing_after", "f8"),
         ("lift", "f8"),
+        ("steps", "i8"),
         ("support_side", "i8"),
         ("closing", "i8"),
         ("adapting", "i8"),
@@ -103,6 +107,7 @@ def begin_plan(tracking, observation, nominal, plan):
     were adapted (`nominal`), from the nominal offset of the new foot.
     """
     plan.support_side = observation.support_side
+    plan.steps += 1
     plan.step_duration = tracking.step_duration
     plan.growth = math.exp(tracking.omega * plan.step_duration)
     row = side_index(observation.support_side)
@@ -130,7 +135,7 @@ def plan_landing(tracking, observation, plan):
         plan.step[i] = min(max(step, tracking.step_min[row, i]), tracking.step_max[row, i])
         plan.end_offset[i] = dcm_at_end - plan.step[i]
     plan.closing_before = 0.5 * tracking.double_support * plan.step_duration
-    plan.closing_after = 0.5 * tracking.double_support * tracking.step_duration
+    plan.closing_after = 0.5 * tracking.double_support * tracking.next_step_duration
     shared = plan.closing_before > 0.0
     if shared and observation.elapsed >= plan.step_duration - plan.closing_before:
         plan.closing = 1
@@ -175,11 +180,9 @@ def track(tracking, observation, plan, command):
     away_x, away_y = asked_x - foot[0], asked_y - foot[1]
     if math.isinf(half[0]):
         x, y = away_x, away_y
-    elif command.double_support != 0:
-        other_x, other_y = observation.swing_foot[0] - foot[0], observation.swing_foot[1] - foot[1]
-        x, y = project_onto_feet(away_x, away_y, other_x, other_y, half[0], half[1])
     else:
-        x, y = min(max(away_x, -half[0]), half[0]), min(max(away_y, -half[1]), half[1])
+        shared = command.double_support != 0
+        x, y = nearest_supported(observation, shared, away_x, away_y, half[0], half[1])
     command.mode, command.status = _TRACKING_MODE, 0
     if math.hypot(x - away_x, y - away_y) > EDGE_TOLERANCE:
         command.status |= _ZMP_AT_EDGE
@@ -207,7 +210,14 @@ def tracking_cycle(parameters, state, observation, next_state):
     track(parameters, observation, plan, command)
     in_the_air = plan.opening_after, plan.step_duration - plan.closing_before
     plan.lift = command_swing(
-        parameters.swing, observation, in_the_air, state.command, plan.lift, new_step, command
+        parameters.swing,
+        observation,
+        in_the_air,
+        parameters.landing_yaw,
+        state.command,
+        plan.lift,
+        new_step,
+        command,
     )
 
 
@@ -255,7 +265,7 @@ def tracking_parameters(
     record["omega"] = robot.omega
     record["zmp_gain"] = 1.0 + dcm_gain / robot.omega
     record["half_foot"] = robot.foot.half if project_zmp else (math.inf, math.inf)
-    record["step_duration"] = gait.step_duration
+    record["step_duration"] = record["next_step_duration"] = gait.step_duration
     record["double_support"] = double_support
     for side in Side:
         row = side_index.py_func(side)
@@ -350,6 +360,10 @@ class DcmTracking:
     def kernel(self) -> Callable[..., None]:
         """The compiled cycle over records."""
         return tracking_cycle
+
+    def first_observation(self, support_side: Side | None = None) -> Observation:
+        """What a robot on the nominal gait observes at a touchdown; right foot first by default."""
+        return self.gait.observation(Side.RIGHT if support_side is None else support_side)
 
     def start(self, observation: Observation) -> NDArray[np.void]:
         """The state before the first cycle.

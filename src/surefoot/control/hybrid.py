@@ -109,7 +109,14 @@ def hybrid_cycle(parameters, state, observation, next_state):
         track(tracking, observation, plan, command)
         in_the_air = plan.opening_after, plan.step_duration - plan.closing_before
     plan.lift = command_swing(
-        tracking.swing, observation, in_the_air, state.command, plan.lift, new_step, command
+        tracking.swing,
+        observation,
+        in_the_air,
+        tracking.landing_yaw,
+        state.command,
+        plan.lift,
+        new_step,
+        command,
     )
 
 
@@ -228,6 +235,10 @@ class HybridController:
     def kernel(self) -> Callable[..., None]:
         """The compiled cycle over records."""
         return hybrid_cycle
+
+    def first_observation(self, support_side: Side | None = None) -> Observation:
+        """What a robot on the nominal gait observes at a touchdown; right foot first by default."""
+        return self.gait.observation(Side.RIGHT if support_side is None else support_side)
 
     def start(self, observation: Observation) -> NDArray[np.void]:
         """The state before the first cycle.

@@ -55,9 +55,7 @@ def paper_rollouts(robot: Robot) -> dict[str, Rollout]:
     projected = DcmTracking(robot, VELOCITY, double_support=DOUBLE_SUPPORT)
     hybrid = HybridController(robot, VELOCITY)
     lighter = HybridController(robot, VELOCITY, offset_weight=SMALL_OFFSET_WEIGHT)
-    second = DcmTracking(
-        robot, SECOND_VELOCITY, project_zmp=False, double_support=DOUBLE_SUPPORT
-    )
+    second = DcmTracking(robot, SECOND_VELOCITY, project_zmp=False, double_support=DOUBLE_SUPPORT)
     small = Push(0.0, math.inf, SMALL_FORCE)
     walks: list[tuple[str, Controller, float, Sequence[Push]]] = [
         ("fig-4a", tracking, 3.0, ()),
