@@ -146,11 +146,11 @@ def test_it_turns_with_its_footholds() -> None:
     for f in curve():
         x, y = turn @ (f.x, f.y)
         turned.append(replace(f, x=x, y=y, yaw=f.yaw + angle))
-    force = np.array((60.0, 45.0))  # enough to drive the ZMP to the edge of the sole
+    force = np.array((30.0, 120.0))  # enough to drive the ZMP to the edge of the sole
     here = sf.simulate(
         sf.FootholdTracking(ROBOT, curve(), double_support=0.2),
         4.0,
-        [sf.Push(1.1, 0.2, (60.0, 45.0))],
+        [sf.Push(1.1, 0.2, (30.0, 120.0))],
     )
     there = sf.simulate(
         sf.FootholdTracking(ROBOT, turned, double_support=0.2),

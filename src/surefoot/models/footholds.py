@@ -12,6 +12,7 @@ import math
 import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -98,7 +99,7 @@ def check_footholds(footholds: Sequence[Foothold], robot: Robot, origin: str) ->
             "add the first landing",
         )
     _check_stance(footholds[0], footholds[1], robot, origin)
-    for standing, landing in zip(footholds[1:-1], footholds[2:], strict=True):
+    for standing, landing in pairwise(footholds[1:]):
         where = f"{origin}, line {landing.line}" if landing.line else origin
         if landing.side is not standing.side.other:
             raise FootholdError(

@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -65,7 +66,7 @@ def plan_footholds(footholds: Sequence[Foothold], in_place: NominalGait) -> list
             _pair(starts[k + 1]),
             landing.yaw,
         )
-        for k, (standing, landing) in enumerate(zip(footholds[1:-1], footholds[2:], strict=True))
+        for k, (standing, landing) in enumerate(pairwise(footholds[1:]))
     ]
     side = last.side
     for _ in range(2):
