@@ -20,8 +20,14 @@ KINDS = (
     "one offset weight zero",
     "timing weight zero",
     "far out",
+    "everything at once",
 )
-UNIQUE = frozenset(KINDS) - {"step weights zero", "one offset weight zero", "timing weight zero"}
+UNIQUE = frozenset(KINDS) - {
+    "step weights zero",
+    "one offset weight zero",
+    "timing weight zero",
+    "everything at once",
+}
 INFINITE = 1e30
 
 
@@ -61,6 +67,13 @@ def random_problem(rng: np.random.Generator, kind: str) -> dict[str, Any]:
         tau_weight = 0.0
     elif kind == "far out":
         growth *= 10.0
+    elif kind == "everything at once":
+        step_weight, offset_weight = rng.choice((0.0, 1.0, 10.0, 1000.0), (2, 2))
+        tau_weight = rng.choice((0.0, 1.0, 10.0))
+        for lower, upper in ((low, high), (d_low, d_high)):
+            if rng.random() < 0.5:
+                upper[axis] = lower[axis] - rng.choice((0.0, 0.1))
+        growth[rng.integers(2)] *= rng.choice((0.0, 1.0))
     return {
         "growth": tuple(growth),
         "nominal_step": tuple(rng.uniform(-0.4, 0.4, 2)),

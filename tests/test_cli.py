@@ -133,6 +133,56 @@ def test_misuse_exits_with_2_and_says_what_to_do(arguments: list[str], message: 
     assert message in result.output
 
 
+CSV = "side,x,y,time\nleft,0,0.1,0\nright,0,-0.1,0\nleft,0.25,0.1,0.5\nright,0.25,-0.1,1.0\n"
+
+
+def test_footholds_are_walked_over(tmp_path: Path) -> None:
+    path = tmp_path / "steps.csv"
+    path.write_text(CSV)
+    result = run("walk", "--footholds", str(path), "--double-support", "0.2", "--json")
+    told = json.loads(result.output)
+    assert told["controller"] == "FootholdTracking"
+    assert told["steps"][0]["location"] == pytest.approx([0.25, 0.1])
+    assert told["steps"][1]["location"] == pytest.approx([0.25, -0.1])
+    assert told["outcome"] == "walked"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--velocity", "0.1", "0"], "--footholds alone: they say where and when to step"),
+        (["--then", "0.1,0@1"], "got --then too"),
+        (["--controller", "hybrid"], "got --controller too"),
+    ],
+)
+def test_footholds_and_a_velocity_do_not_go_together(tmp_path: Path, arguments, message) -> None:
+    path = tmp_path / "steps.csv"
+    path.write_text(CSV)
+    result = run("walk", "--footholds", str(path), *arguments)
+    assert result.exit_code == 2
+    assert message in result.output
+
+
+def test_footholds_out_of_order_are_told_with_their_line(tmp_path: Path) -> None:
+    path = tmp_path / "steps.csv"
+    path.write_text(CSV.replace(",1.0\n", ",0.4\n"))
+    result = run("walk", "--footholds", str(path))
+    assert result.exit_code == 2
+    assert "times that run forward" in result.output
+    assert "line 5" in result.output
+
+
+def test_reproduce_writes_its_report(tmp_path: Path) -> None:
+    result = run("reproduce", "--out", str(tmp_path / "paper"))
+    assert result.exit_code == 0, result.output
+    assert "Fig. 9" in result.output
+    page = (tmp_path / "paper" / "paper.html").read_text()
+    assert "85 N s" in page
+    assert page.count("data:image/png;base64,") >= 7
+    assert (tmp_path / "paper" / "paper.md").exists()
+    assert run("reproduce", "--out", str(tmp_path / "no" / "such")).exit_code == 2
+
+
 def test_robots_lists_the_presets() -> None:
     result = run("robots")
     assert result.exit_code == 0

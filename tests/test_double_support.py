@@ -5,11 +5,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import surefoot as sf
-from surefoot.planning.double_support import hermite, project_onto_feet, transition
+from surefoot.planning.double_support import hermite, transition
+from surefoot.planning.support_polygon import nearest_under_feet, nearest_under_foot
 
 OMEGA = 3.5
 numbers = st.floats(-0.6, 0.6)
@@ -50,39 +51,59 @@ def test_a_short_transition_is_none(step, dcm, part) -> None:
     assert here == pytest.approx(dcm, abs=1e-5)
 
 
-def hull_distance(point, step, half) -> float:
-    """Independent: the distance to the convex hull of eight corners, edge by edge."""
-    corners = np.array(
-        [
-            (centre[0] + a * half[0], centre[1] + b * half[1])
-            for centre in ((0.0, 0.0), step)
-            for a in (-1, 1)
-            for b in (-1, 1)
-        ]
-    )
-    nearest, inside = math.inf, True
-    for i in range(8):
-        for j in range(8):
+def corners_of(centre, yaw: float, half) -> np.ndarray:
+    turn = np.array([[math.cos(yaw), -math.sin(yaw)], [math.sin(yaw), math.cos(yaw)]])
+    signs = np.array([(1, 1), (1, -1), (-1, -1), (-1, 1)])
+    return centre + (signs * half) @ turn.T
+
+
+def hull_distance(point, corners: np.ndarray) -> float:
+    """Independent: the distance to the convex hull of some corners, as a small QP by projection.
+
+    Frank-Wolfe with away steps would do; for eight corners every pair of them is tried instead:
+    the nearest point lies on a segment between two corners, or the point is inside a triangle.
+    """
+    point = np.asarray(point)
+    for i in range(len(corners)):
+        for j in range(i):
+            for k in range(j):
+                a, b, c = corners[i], corners[j], corners[k]
+                system = np.array([b - a, c - a]).T
+                if abs(np.linalg.det(system)) < 1e-12:
+                    continue
+                u, v = np.linalg.solve(system, point - a)
+                if u >= 0.0 and v >= 0.0 and u + v <= 1.0:
+                    return 0.0
+    nearest = math.inf
+    for i in range(len(corners)):
+        for j in range(i):
             edge = corners[j] - corners[i]
-            if not edge.any():
-                continue
-            normal = np.array((-edge[1], edge[0]))
-            if ((corners - corners[i]) @ normal > 1e-12).any():
-                continue  # no edge of the hull: corners on its right
-            offset = np.asarray(point) - corners[i]
-            inside &= offset @ normal <= 1e-12
-            along = np.clip(offset @ edge / (edge @ edge), 0.0, 1.0)
-            nearest = min(nearest, float(np.hypot(*(offset - along * edge))))
-    return 0.0 if inside else nearest
+            length = max(edge @ edge, 1e-300)
+            along = np.clip((point - corners[i]) @ edge / length, 0.0, 1.0)
+            nearest = min(nearest, float(np.hypot(*(point - corners[i] - along * edge))))
+    return nearest
 
 
-@given(st.tuples(numbers, numbers), st.tuples(numbers, numbers))
-def test_the_projection_is_the_nearest_point_of_the_hull(point, step) -> None:
-    half = (0.1, 0.055)
-    x, y = project_onto_feet(*point, *step, *half)
-    expected = hull_distance(point, step, half)
+HALF = (0.1, 0.055)
+yaws = st.floats(-1.5, 1.5)
+
+
+@given(st.tuples(numbers, numbers), st.tuples(numbers, numbers), yaws, yaws)
+@settings(max_examples=40)
+def test_the_projection_is_the_nearest_point_of_the_hull(point, other, yaw, other_yaw) -> None:
+    corners = np.vstack([corners_of((0.0, 0.0), yaw, HALF), corners_of(other, other_yaw, HALF)])
+    x, y = nearest_under_feet(*point, *other, *HALF, yaw, other_yaw)
+    expected = hull_distance(point, corners)
     assert math.hypot(point[0] - x, point[1] - y) == pytest.approx(expected, abs=1e-9)
-    assert hull_distance((x, y), step, half) == pytest.approx(0.0, abs=1e-9)
+    assert hull_distance((x, y), corners) == pytest.approx(0.0, abs=1e-9)
+
+
+@given(st.tuples(numbers, numbers), yaws)
+def test_under_one_foot(point, yaw) -> None:
+    corners = corners_of((0.0, 0.0), yaw, HALF)
+    x, y = nearest_under_foot(*point, *HALF, yaw)
+    expected = hull_distance(point, corners)
+    assert math.hypot(point[0] - x, point[1] - y) == pytest.approx(expected, abs=1e-9)
 
 
 ROBOT = sf.load_robot("paper-biped")

@@ -98,6 +98,11 @@ def test_the_lateral_box_is_mirrored_with_the_foot() -> None:
     assert (low_right[0], high_right[0]) == (low_left[0], high_left[0]) == (-0.5, 0.5)
 
 
+def test_gravity_counts() -> None:
+    moon = sf.load_robot("paper-biped").replace(gravity=1.62)
+    assert moon.omega == pytest.approx((1.62 / 0.8) ** 0.5)
+
+
 def test_a_robot_is_a_value() -> None:
     robot = sf.load_robot("paper-biped")
     assert robot == sf.load_robot("paper-biped")

@@ -12,7 +12,7 @@ import surefoot as sf
 from step_problems import KINDS, UNIQUE, as_qp, random_problem
 from surefoot.planning.step_adaptation import MAX_ITERATIONS
 
-PROBLEMS_PER_KIND = 9000  # 12 kinds: 108,000 problems
+PROBLEMS_PER_KIND = 9000  # 13 kinds: 117,000 problems
 
 ROBOT = sf.load_robot("paper-biped")
 
@@ -78,6 +78,36 @@ def test_a_problem_is_not_changed_and_has_one_answer(kind: str) -> None:
     assert first == second
     with pytest.raises(AttributeError, match="is a value"):
         problem.nominal_tau = 1.0
+
+
+def test_a_root_on_a_kink_before_a_flat_piece() -> None:
+    """Rounding must not send tau along the flat piece to its other end."""
+    problem = sf.StepProblem(
+        growth=(0.0, -0.07),
+        nominal_step=(0.0, -0.09),
+        nominal_tau=3.0,
+        nominal_offset=(0.0, 0.09),
+        step_min=(-0.06, -0.39),
+        step_max=(0.06, -0.25),
+        tau_min=2.5,
+        tau_max=6.0,
+        offset_min=(-0.1, -0.07),
+        offset_max=(0.1, -0.07),
+        step_weight=(1.0, 0.0),
+        tau_weight=0.0,
+        offset_weight=(1.0, 1.0),
+    )
+    solution = sf.solve_step(problem)
+    assert sf.kkt_residual(problem, solution).largest < 1e-9
+    assert solution.tau == pytest.approx(32.0 / 7.0, abs=1e-5)  # but for the soft bound
+
+
+@pytest.mark.parametrize("side", list(sf.Side))
+def test_a_lateral_violation_is_reported_too(side: sf.Side) -> None:
+    controller = sf.HybridController(ROBOT, (0.5, 0.0))
+    solution = sf.solve_step(controller.step_problem(side, growth=(0.05, 0.5 * side)))
+    assert sf.Status.OFFSET_VIOLATED in solution.status
+    assert solution.violation == pytest.approx(abs(solution.offset[1]) - 0.05)
 
 
 def test_no_time_left_ends_the_step_now() -> None:

@@ -12,6 +12,7 @@ from surefoot import version
 
 if TYPE_CHECKING:
     from surefoot.control.dcm_tracking import DcmTracking
+    from surefoot.control.foothold_tracking import FootholdTracking
     from surefoot.control.hybrid import HybridController
     from surefoot.errors import (
         FileError,
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
         SurefootError,
         VelocityError,
     )
+    from surefoot.models.footholds import Foothold, FootholdError, load_footholds
     from surefoot.models.footsteps import Footstep, Side
     from surefoot.models.interfaces import Command, Controller, Mode, Observation, Status
     from surefoot.models.pushes import Push
@@ -40,6 +42,7 @@ __version__ = version.VERSION
 
 _HOMES = {
     "control.dcm_tracking": ("DcmTracking",),
+    "control.foothold_tracking": ("FootholdTracking",),
     "control.hybrid": ("HybridController",),
     "errors": (
         "FileError",
@@ -49,6 +52,7 @@ _HOMES = {
         "SurefootError",
         "VelocityError",
     ),
+    "models.footholds": ("Foothold", "FootholdError", "load_footholds"),
     "models.footsteps": ("Footstep", "Side"),
     "models.interfaces": ("Command", "Controller", "Mode", "Observation", "Status"),
     "models.pushes": ("Push",),
@@ -72,6 +76,9 @@ __all__ = [
     "DcmTracking",
     "Fall",
     "FileError",
+    "Foothold",
+    "FootholdError",
+    "FootholdTracking",
     "Footstep",
     "HybridController",
     "KktResidual",
@@ -97,6 +104,7 @@ __all__ = [
     "__version__",
     "kkt_residual",
     "largest_speed",
+    "load_footholds",
     "load_robot",
     "load_rollout",
     "nominal_gait",

@@ -86,3 +86,24 @@ def check_writable(path: Path, suffixes: Sequence[str]) -> None:
         raise FileError(
             "a file that can be written", f"{path}: {error.strerror}", "choose another place"
         ) from error
+
+
+def check_folder(path: Path) -> None:
+    """Refuse a folder that files could not be written into; it is made if only it is missing.
+
+    Raises:
+        FileError: its parent is missing too, it is a file, or there is no permission.
+    """
+    if not path.parent.is_dir():
+        raise FileError(
+            "a directory to make the folder in",
+            str(path.parent),
+            "make it first, or choose another",
+        )
+    try:
+        path.mkdir(exist_ok=True)
+        TemporaryFile(dir=path).close()
+    except OSError as error:
+        raise FileError(
+            "a folder that can be written into", f"{path}: {error.strerror}", "choose another place"
+        ) from error

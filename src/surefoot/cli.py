@@ -70,11 +70,25 @@ def main() -> None:
     help="Another velocity from TIME [s] on; may be repeated.",
 )
 @click.option(
+    "--footholds",
+    type=click.Path(path_type=Path),
+    metavar="FILE.csv|.toml",
+    help="Walk over these footholds instead of at a velocity, by tracking; then step in place.",
+)
+@click.option(
     "--controller",
     type=click.Choice(["hybrid", "tracking"]),
     default="hybrid",
     show_default=True,
     help="The paper's hybrid, or DCM tracking alone.",
+)
+@click.option(
+    "--simulator",
+    type=click.Choice(["lipm"]),
+    default="lipm",
+    show_default=True,
+    expose_value=False,
+    help="The world: the linear inverted pendulum, a point mass on two feet.",
 )
 @click.option(
     "--duration",
@@ -124,9 +138,9 @@ def main() -> None:
 )
 @click.option("--json", "as_json", is_flag=True, help="Print JSON instead of a table.")
 def walk(
-    robot: str, velocity: tuple[float, float], changes: tuple[str, ...], controller: str,
-    duration: float, pushes: tuple[str, ...], leg_speed: float | None,
-    double_support: float, unprojected: bool,
+    robot: str, velocity: tuple[float, float], changes: tuple[str, ...],
+    footholds: Path | None, controller: str, duration: float, pushes: tuple[str, ...],
+    leg_speed: float | None, double_support: float, unprojected: bool,
     plot: Path | None, save: Path | None, as_json: bool,
 ) -> None:  # fmt: skip
     """Walk, get pushed, recover; tell what happened.
@@ -140,14 +154,13 @@ def walk(
     forces = [Push(start, time, (x, y)) for x, y, start, time in map(parse_push, pushes)]
     velocities = [(time, (x, y)) for x, y, time in map(parse_change, changes)]
     _check_outputs(plot, save)
+    parameters = {"project_zmp": not unprojected, "double_support": double_support}
     with _compiling_notice():
-        brain = _controller(
-            controller,
-            _robot(robot, leg_speed),
-            velocity,
-            project_zmp=not unprojected,
-            double_support=double_support,
-        )
+        body = _robot(robot, leg_speed)
+        if footholds is None:
+            brain = _controller(controller, body, velocity, **parameters)
+        else:
+            brain = _foothold_controller(footholds, body, **parameters)
         from surefoot.simulation.outcome import Outcome
         from surefoot.simulation.simulate import simulate
 
@@ -205,6 +218,48 @@ def limits(robot: str, as_json: bool) -> None:
     print_limits(numbers, Console())
 
 
+@main.command()
+@click.option(
+    "--out",
+    type=click.Path(path_type=Path),
+    default=Path("paper"),
+    show_default=True,
+    metavar="DIR",
+    help="Folder for the report and its pictures.",
+)
+def reproduce(out: Path) -> None:
+    """Reproduce the paper, figure by figure and number by number; write a report.
+
+    DIR/paper.html needs nothing else; DIR/paper.md says the same, with the pictures beside it.
+    """
+    import dataclasses
+
+    _check_plotting()
+    from surefoot.checks import check_folder
+    from surefoot.models.robot import load_robot
+    from surefoot.studies.one_step import limits_table
+    from surefoot.studies.paper_claims import paper_parameters, reproduce_paper
+    from surefoot.viewers.paper_axes import png
+    from surefoot.viewers.paper_figures import CAPTIONS, decision_time_figures, paper_figures
+    from surefoot.viewers.paper_report import PaperReport, Table, write_paper_report
+
+    check_folder(out)
+    robot = load_robot("paper-biped").replace(mass=70.0)
+    click.echo("walking, pushing and scanning; this takes under a minute ...", err=True)
+    results = reproduce_paper(robot)
+    report = PaperReport(
+        claims=[dataclasses.astuple(claim) for claim in results.claims],
+        parameters=paper_parameters(robot),
+        pictures={n: png(f) for n, f in paper_figures(results.rollouts).items()},
+        captions=CAPTIONS,
+        tables=[Table(*limits_table(results.limits))],
+        clock_pictures={n: png(f) for n, f in decision_time_figures(results.rollouts).items()},
+    )
+    for claim in results.claims:
+        click.echo(f"{claim.figure}, {claim.text}: {claim.verdict}")
+    click.echo(f"report: {write_paper_report(report, out)[0]}")
+
+
 def parse_push(text: str) -> tuple[float, float, float, float]:
     """FX,FY@START+DURATION as numbers [N, N, s, s].
 
@@ -260,22 +315,41 @@ def _controller(
     return kind(robot, velocity, **parameters)
 
 
+def _foothold_controller(path: Path, robot: Robot, **parameters: Any) -> Controller:
+    from surefoot.control.foothold_tracking import FootholdTracking
+    from surefoot.models.footholds import load_footholds
+
+    given = click.get_current_context().get_parameter_source
+    for name in ("velocity", "changes", "controller"):
+        if given(name) is not click.core.ParameterSource.DEFAULT:
+            raise ParameterError(
+                "--footholds alone: they say where and when to step",
+                f"--{'then' if name == 'changes' else name} too",
+                "leave one of them out",
+            )
+    return FootholdTracking(robot, load_footholds(path, robot), **parameters)
+
+
 def _check_outputs(plot: Path | None, save: Path | None) -> None:
     """Tell before the walk, not after it, that its results could not be kept."""
     from surefoot.checks import check_writable
-    from surefoot.errors import MissingExtraError
 
     if save is not None:
         check_writable(save, (".npz",))
-    if plot is None:
-        return
-    try:
+    if plot is not None:
+        _check_plotting()
         from surefoot.viewers.walk_figure import FORMATS
+
+        check_writable(plot, FORMATS)
+
+
+def _check_plotting() -> None:
+    try:
+        import matplotlib  # noqa: F401
     except ModuleNotFoundError as error:
-        if error.name != "matplotlib":
-            raise
+        from surefoot.errors import MissingExtraError
+
         raise MissingExtraError("pictures", "plot") from error
-    check_writable(plot, FORMATS)
 
 
 @contextmanager

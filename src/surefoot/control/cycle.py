@@ -9,18 +9,18 @@ import numpy as np
 from surefoot.compiling import njit
 from surefoot.models.interfaces import Status
 from surefoot.models.plane import length
-from surefoot.planning.swing_foot import bump, bump_lift, quintic
+from surefoot.planning.swing_foot import height, next_phase, quintic
 
 SWING = np.dtype(
     [
         ("height", "f8"),
-        ("landing_velocity", "f8"),
+        ("descent", "f8"),
         ("max_speed", "f8"),
         ("period", "f8"),
     ],
 )
-"""Parameters of the swing foot: apex [m], downward speed at touchdown [m/s], speed limit [m/s],
-control period [s]."""
+"""Parameters of the swing foot: apex [m], distance that it would sink in a flight at its landing
+velocity [m], speed limit [m/s], control period [s]."""
 
 SPEED_SAMPLES = 12
 """Where the speed of the way ahead is looked at; a quintic has no narrower peaks."""
@@ -28,8 +28,14 @@ SPEED_SAMPLES = 12
 SPEED_TOLERANCE = 1e-3
 """Fraction of the speed limit that the samples may exceed: a foot at its limit is not too fast."""
 
+LARGEST_MAGNITUDE = 1e9
+"""No position, velocity or time of an observation is larger, in SI units."""
+
 LARGEST_EXPONENT = 60.0
 """omega t counts no further than this, some 17 s: a step has long ended by then."""
+
+LAST_CYCLE = 1e-6
+"""A flight that is longer than a period by this fraction of it ends in this cycle all the same."""
 
 REACH_TOLERANCE = 1e-9
 """A landing no further out of reach than this is reached [m]."""
@@ -38,16 +44,24 @@ _UNREACHABLE = int(Status.UNREACHABLE)
 
 
 @njit
-def is_finite(observation) -> bool:
-    """Whether everything that a controller reads is a finite number."""
-    total = observation.elapsed + observation.time
+def _is_sound(value: float) -> bool:
+    # A comparison with a NaN is false.
+    return abs(value) < LARGEST_MAGNITUDE
+
+
+@njit
+def is_usable(observation) -> bool:
+    """Whether everything that a controller reads is a number of this world, and a foot stands."""
+    sound = _is_sound(observation.elapsed) and _is_sound(observation.time)
+    sound = sound and _is_sound(observation.support_yaw) and _is_sound(observation.swing_yaw)
     for i in range(2):
-        total += observation.dcm[i] + observation.com[i] + observation.com_velocity[i]
-        total += observation.support_foot[i]
+        sound = sound and _is_sound(observation.dcm[i]) and _is_sound(observation.com[i])
+        sound = sound and _is_sound(observation.com_velocity[i])
+        sound = sound and _is_sound(observation.support_foot[i])
     for i in range(3):
-        total += observation.swing_foot[i] + observation.swing_foot_velocity[i]
-    # A sum with a NaN or an infinity in it is not finite.
-    return math.isfinite(total)
+        sound = sound and _is_sound(observation.swing_foot[i])
+        sound = sound and _is_sound(observation.swing_foot_velocity[i])
+    return sound and abs(observation.support_side) == 1
 
 
 @njit
@@ -123,30 +137,16 @@ def _move_over_ground(swing, observation, previous, new_step, left, command):
 
 
 @njit
-def _move_up_and_down(
-    swing, observation, in_the_air, previous, previous_lift, new_step, left, command
-):
-    """Write z of the swing foot and return the lift of its bump [m/s^6]."""
-    z, z_velocity = observation.swing_foot[2], observation.swing_foot_velocity[2]
-    acceleration = 0.0 if new_step else previous.swing_foot_acceleration[2]
-    flight = in_the_air[1] - in_the_air[0]
-    lift = bump_lift(
-        z,
-        z_velocity,
-        acceleration,
-        swing.height,
-        swing.landing_velocity,
-        flight - left,
-        flight,
-        previous_lift,
-        flight + previous.step_duration - command.step_duration,
-    )
-    base = quintic(z, z_velocity, acceleration, 0.0, -swing.landing_velocity, left, swing.period)
-    extra = bump(lift, left, swing.period)
-    command.swing_foot[2] = base[0] + extra[0]
-    command.swing_foot_velocity[2] = base[1] + extra[1]
-    command.swing_foot_acceleration[2] = base[2] + extra[2]
-    return lift
+def _move_up_and_down(swing, left, phase, command):
+    """Write z of the swing foot, from the phase of its flight one period on."""
+    if phase[1] == 0.0:
+        phase[1] = 1.0 / left
+    phase[0], phase[1], phase[2] = next_phase(phase[0], phase[1], phase[2], left, swing.period)
+    (
+        command.swing_foot[2],
+        command.swing_foot_velocity[2],
+        command.swing_foot_acceleration[2],
+    ) = height(phase[0], phase[1], phase[2], swing.height, swing.descent)
 
 
 @njit
@@ -161,36 +161,39 @@ def _stand(location_x, location_y, down, command):
 
 @njit
 def command_swing(
-    swing, observation, in_the_air, previous, previous_lift, new_step, command
-) -> float:
+    swing, observation, in_the_air, landing_yaw, previous, phase, new_step, command
+) -> None:
     """Write the swing foot of the command, one period on; `command` already has landing and timing.
 
     The foot follows its polynomials, C2 through every re-plan. Only where these would exceed the
     speed limit of the leg does it go straight to the landing at that limit: a late foot costs more
-    than a rough one. Position and velocity are those of the observation; the acceleration is the
-    one last commanded, since measured accelerations are noise.
+    than a rough one. Over ground, position and velocity are those of the observation and the
+    acceleration is the one last commanded, since measured accelerations are noise. The height
+    follows the phase of the flight, which is remembered.
 
     Args:
         swing: a `SWING` record.
         observation: an `OBSERVATION` record.
         in_the_air: when the foot leaves the ground and when it is back, since touchdown [s].
+        landing_yaw: heading with which it lands [rad].
         previous: the `COMMAND` record of the cycle before.
-        previous_lift: what this function returned then [m/s^6].
+        phase: of the flight, its rate [1/s] and the rate of that [1/s^2]; moved on by a period.
         new_step: whether this is the first cycle of a step: the foot leaves the ground at rest.
         command: the `COMMAND` record to complete; its status gains UNREACHABLE.
-
-    Returns:
-        The lift of the vertical bump, to be remembered [m/s^6].
     """
+    if new_step:
+        phase[0] = phase[1] = phase[2] = 0.0
+    command.swing_yaw = observation.swing_yaw
     if observation.elapsed < in_the_air[0]:
         _stand(observation.swing_foot[0], observation.swing_foot[1], 0.0, command)
-        return previous_lift
+        return
     left = in_the_air[1] - observation.elapsed
-    if left > swing.period:
+    if left > swing.period * (1.0 + LAST_CYCLE):
+        command.swing_yaw += (landing_yaw - observation.swing_yaw) * swing.period / left
         _move_over_ground(swing, observation, previous, new_step, left, command)
-        return _move_up_and_down(
-            swing, observation, in_the_air, previous, previous_lift, new_step, left, command
-        )
+        _move_up_and_down(swing, left, phase, command)
+        return
+    command.swing_yaw = landing_yaw
     away = length(
         command.step_location[0] - observation.swing_foot[0],
         command.step_location[1] - observation.swing_foot[1],
@@ -198,6 +201,6 @@ def command_swing(
     reach = swing.max_speed * left if left > 0.0 else 0.0
     if swing.max_speed < math.inf and away > reach + REACH_TOLERANCE:
         command.status |= _UNREACHABLE
-    down = swing.landing_velocity if left > 0.0 else 0.0
+    # The foot arrives at the pace of its flight; later, in double support, it rests.
+    down = swing.descent * phase[1] if left > 0.0 else 0.0
     _stand(command.step_location[0], command.step_location[1], down, command)
-    return previous_lift

@@ -19,184 +19,41 @@ from numpy.typing import NDArray
 from surefoot.checks import check_number
 from surefoot.compiling import entry_point, njit
 from surefoot.control.cycle import (
-    SWING,
     command_swing,
     growth_since_touchdown,
-    is_finite,
+    is_usable,
     side_index,
+)
+from surefoot.control.tracking_law import (
+    PLAN,
+    TRACKING,
+    begin_plan,
+    follow_plan,
+    hold,
+    plan_landing,
+    track,
 )
 from surefoot.errors import ParameterError
 from surefoot.models.footsteps import Side
-from surefoot.models.interfaces import COMMAND, OBSERVATION, Command, Mode, Observation, Status
-from surefoot.models.plane import length
+from surefoot.models.interfaces import COMMAND, OBSERVATION, Command, Observation
 from surefoot.models.record import new_array
 from surefoot.models.robot import Robot
-from surefoot.planning.dcm_plan import planned_dcm
-from surefoot.planning.double_support import project_onto_feet, transition
 from surefoot.planning.nominal_gait import NominalGait, nominal_gait
 
 DEFAULT_DCM_GAIN = 3.0
 """K_f, the rate at which tracking removes an error [1/s]."""
-
-TRACKING = np.dtype(
-    [
-        ("omega", "f8"),
-        ("zmp_gain", "f8"),
-        ("half_foot", "f8", (2,)),
-        ("step_duration", "f8"),
-        ("double_support", "f8"),
-        ("start_offset", "f8", (2, 2)),
-        ("step_min", "f8", (2, 2)),
-        ("step_max", "f8", (2, 2)),
-        ("swing", SWING),
-    ],
-)
-"""Parameters of tracking; the first index of a table is the support side, see `side_index`."""
-
-PLAN = np.dtype(
-    [
-        ("start_offset", "f8", (2,)),
-        ("end_offset", "f8", (2,)),
-        ("step", "f8", (2,)),
-        ("came_from", "f8", (2,)),
-        ("step_duration", "f8"),
-        ("growth", "f8"),
-        ("opening_before", "f8"),
-        ("opening_after", "f8"),
-        ("closing_before", "f8"),
-        ("closing_after", "f8"),
-        ("lift", "f8"),
-        ("support_side", "i8"),
-        ("closing", "i8"),
-        ("adapting", "i8"),
-    ],
-)
-"""What is remembered of the step under way: planned DCM relative to the support foot at its start
-and to the landing foot at its end, its step vector, and the foot it came from [m]; its planned
-duration [s] and the growth of the DCM in it; how long before and after its first and its last
-instant it shares the load with the other foot [s]; the lift of the swing foot [m/s^6]."""
 
 TRACKING_STATE = np.dtype([("plan", PLAN), ("command", COMMAND)])
 
 LONGEST_DOUBLE_SUPPORT = 0.6
 """The largest fraction of a step for which both feet may share the load."""
 
-EDGE_TOLERANCE = 1e-12
-"""A ZMP that projection moves no further than this was inside [m]."""
-
-_TRACKING_MODE = int(Mode.TRACKING)
-_ZMP_AT_EDGE = int(Status.ZMP_AT_EDGE)
-_HELD = int(Status.HELD)
-
-
-@njit
-def hold(state, next_state):
-    """The answer to an observation that cannot be trusted: the last command again, and say so."""
-    next_state.plan = state.plan
-    next_state.command = state.command
-    next_state.command.status = _HELD
-
-
-@njit
-def begin_plan(tracking, observation, nominal, plan):
-    """Begin the plan of the step that starts with this observation.
-
-    The plan goes on from where it meant to land, so that it does not jump; or, after steps that
-    were adapted (`nominal`), from the nominal offset of the new foot.
-    """
-    plan.support_side = observation.support_side
-    plan.step_duration = tracking.step_duration
-    plan.growth = math.exp(tracking.omega * plan.step_duration)
-    row = side_index(observation.support_side)
-    shared = plan.closing != 0 and not nominal
-    plan.opening_before = plan.closing_before if shared else 0.0
-    plan.opening_after = plan.closing_after if shared else 0.0
-    plan.closing = 0
-    for i in range(2):
-        plan.start_offset[i] = tracking.start_offset[row, i] if nominal else plan.end_offset[i]
-        plan.came_from[i] = observation.swing_foot[i] - observation.support_foot[i]
-
-
-@njit
-def plan_landing(tracking, observation, plan):
-    """Plan the step vector, p_next = dcm_plan(T) - d_nom, and the transition that ends the step.
-
-    A new velocity may change d_nom at any time, until the foot is on the ground in the transition.
-    """
-    if plan.closing != 0:
-        return
-    row = side_index(observation.support_side)
-    for i in range(2):
-        dcm_at_end = plan.start_offset[i] * plan.growth
-        step = dcm_at_end - tracking.start_offset[1 - row, i]
-        plan.step[i] = min(max(step, tracking.step_min[row, i]), tracking.step_max[row, i])
-        plan.end_offset[i] = dcm_at_end - plan.step[i]
-    plan.closing_before = 0.5 * tracking.double_support * plan.step_duration
-    plan.closing_after = 0.5 * tracking.double_support * tracking.step_duration
-    shared = plan.closing_before > 0.0
-    if shared and observation.elapsed >= plan.step_duration - plan.closing_before:
-        plan.closing = 1
-
-
-@njit
-def follow_plan(tracking, observation, growth, plan, command) -> float:
-    """Write planned DCM and ZMP into the command; return how far the DCM is from its plan [m]."""
-    elapsed, omega = observation.elapsed, tracking.omega
-    opening = elapsed < plan.opening_after
-    command.double_support = 1 if opening or plan.closing != 0 else 0
-    for i in range(2):
-        foot, start = observation.support_foot[i], plan.start_offset[i]
-        dcm, zmp = planned_dcm(0.0, start, growth), 0.0
-        if opening:
-            back = plan.came_from[i]
-            dcm, zmp = transition(
-                -back, start - back, omega, plan.opening_before, plan.opening_after, elapsed
-            )
-            dcm, zmp = dcm + back, zmp + back
-        elif plan.closing != 0:
-            dcm, zmp = transition(
-                plan.step[i],
-                start * plan.growth,
-                omega,
-                plan.closing_before,
-                plan.closing_after,
-                min(elapsed - plan.step_duration, plan.closing_after),
-            )
-        command.dcm_plan[i], command.zmp[i] = foot + dcm, foot + zmp
-    return length(
-        observation.dcm[0] - command.dcm_plan[0], observation.dcm[1] - command.dcm_plan[1]
-    )
-
-
-@njit
-def track(tracking, observation, plan, command):
-    """Move the planned ZMP to where it makes the DCM return, and write landing and timing."""
-    foot, half = observation.support_foot, tracking.half_foot
-    asked_x = command.zmp[0] + tracking.zmp_gain * (observation.dcm[0] - command.dcm_plan[0])
-    asked_y = command.zmp[1] + tracking.zmp_gain * (observation.dcm[1] - command.dcm_plan[1])
-    away_x, away_y = asked_x - foot[0], asked_y - foot[1]
-    if math.isinf(half[0]):
-        x, y = away_x, away_y
-    elif command.double_support != 0:
-        other_x, other_y = observation.swing_foot[0] - foot[0], observation.swing_foot[1] - foot[1]
-        x, y = project_onto_feet(away_x, away_y, other_x, other_y, half[0], half[1])
-    else:
-        x, y = min(max(away_x, -half[0]), half[0]), min(max(away_y, -half[1]), half[1])
-    command.mode, command.status = _TRACKING_MODE, 0
-    if length(x - away_x, y - away_y) > EDGE_TOLERANCE:
-        command.status |= _ZMP_AT_EDGE
-    command.zmp[0], command.zmp[1] = foot[0] + x, foot[1] + y
-    command.step_duration = plan.step_duration
-    for i in range(2):
-        command.step_location[i] = foot[i] + plan.step[i]
-        command.dcm_offset[i] = plan.end_offset[i]
-
 
 @njit
 def tracking_cycle(parameters, state, observation, next_state):
     """One cycle of `DcmTracking` over records."""
-    if not is_finite(observation):
-        hold(state, next_state)
+    if not is_usable(observation):
+        hold(state, observation, next_state)
         return
     next_state.plan = state.plan
     plan, command = next_state.plan, next_state.command
@@ -208,8 +65,15 @@ def tracking_cycle(parameters, state, observation, next_state):
     follow_plan(parameters, observation, growth, plan, command)
     track(parameters, observation, plan, command)
     in_the_air = plan.opening_after, plan.step_duration - plan.closing_before
-    plan.lift = command_swing(
-        parameters.swing, observation, in_the_air, state.command, plan.lift, new_step, command
+    command_swing(
+        parameters.swing,
+        observation,
+        in_the_air,
+        parameters.landing_yaw,
+        state.command,
+        plan.phase,
+        new_step,
+        command,
     )
 
 
@@ -262,14 +126,18 @@ def tracking_parameters(
     record["omega"] = robot.omega
     record["zmp_gain"] = 1.0 + dcm_gain / robot.omega
     record["half_foot"] = robot.foot.half if project_zmp else (math.inf, math.inf)
-    record["step_duration"] = gait.step_duration
+    record["step_duration"] = record["next_step_duration"] = gait.step_duration
     record["double_support"] = double_support
     for side in Side:
         row = side_index.py_func(side)
         record["start_offset"][row] = gait.start_offset(side)
         record["step_min"][row], record["step_max"][row] = robot.gait.step_box(side, robot.hip)
     swing = record["swing"]
-    swing["height"], swing["landing_velocity"] = robot.swing.height, robot.swing.landing_velocity
+    swing["height"] = robot.swing.height
+    # At the nominal pace, the phase of a flight runs from 0 to 1 in the part of a step that both
+    # transitions leave.
+    flight = gait.step_duration * (1.0 - double_support)
+    swing["descent"] = robot.swing.landing_velocity * flight
     swing["max_speed"], swing["period"] = robot.swing.max_speed, period
     return parameters
 
@@ -280,8 +148,7 @@ def first_plan(gait: NominalGait, observation: Observation, state: NDArray[np.vo
     Raises:
         ParameterError: the observation holds a NaN or an infinity, or no side.
     """
-    known = observation.array["support_side"][0] in tuple(Side)
-    if not (known and is_finite.py_func(observation)):
+    if not is_usable(observation.array[0]):
         raise ParameterError(
             "a first observation of finite numbers and a Side",
             repr(observation),
@@ -354,6 +221,10 @@ class DcmTracking:
     def kernel(self) -> Callable[..., None]:
         """The compiled cycle over records."""
         return tracking_cycle
+
+    def first_observation(self, support_side: Side | None = None) -> Observation:
+        """What a robot on the nominal gait observes at a touchdown; right foot first by default."""
+        return self.gait.observation(Side.RIGHT if support_side is None else support_side)
 
     def start(self, observation: Observation) -> NDArray[np.void]:
         """The state before the first cycle.

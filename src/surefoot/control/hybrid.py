@@ -22,22 +22,24 @@ from surefoot.compiling import entry_point, njit
 from surefoot.control.cycle import (
     command_swing,
     growth_since_touchdown,
-    is_finite,
+    is_usable,
     side_index,
 )
 from surefoot.control.dcm_tracking import (
     DEFAULT_DCM_GAIN,
-    PLAN,
-    TRACKING,
-    begin_plan,
     check_double_support,
     check_robot,
     first_plan,
+    tracking_parameters,
+)
+from surefoot.control.tracking_law import (
+    PLAN,
+    TRACKING,
+    begin_plan,
     follow_plan,
     hold,
     plan_landing,
     track,
-    tracking_parameters,
 )
 from surefoot.models.footsteps import Side
 from surefoot.models.interfaces import COMMAND, OBSERVATION, Command, Mode, Observation
@@ -86,8 +88,8 @@ def adapt(parameters, observation, growth, solution, command):
 def hybrid_cycle(parameters, state, observation, next_state):
     """One cycle of `HybridController` over records."""
     next_state.solution = state.solution
-    if not is_finite(observation):
-        hold(state, next_state)
+    if not is_usable(observation):
+        hold(state, observation, next_state)
         return
     next_state.plan = state.plan
     plan, command = next_state.plan, next_state.command
@@ -109,8 +111,15 @@ def hybrid_cycle(parameters, state, observation, next_state):
     else:
         track(tracking, observation, plan, command)
         in_the_air = plan.opening_after, plan.step_duration - plan.closing_before
-    plan.lift = command_swing(
-        tracking.swing, observation, in_the_air, state.command, plan.lift, new_step, command
+    command_swing(
+        tracking.swing,
+        observation,
+        in_the_air,
+        tracking.landing_yaw,
+        state.command,
+        plan.phase,
+        new_step,
+        command,
     )
 
 
@@ -231,6 +240,10 @@ class HybridController:
     def kernel(self) -> Callable[..., None]:
         """The compiled cycle over records."""
         return hybrid_cycle
+
+    def first_observation(self, support_side: Side | None = None) -> Observation:
+        """What a robot on the nominal gait observes at a touchdown; right foot first by default."""
+        return self.gait.observation(Side.RIGHT if support_side is None else support_side)
 
     def start(self, observation: Observation) -> NDArray[np.void]:
         """The state before the first cycle.

@@ -27,6 +27,8 @@ OBSERVATION = np.dtype(
         ("support_foot", "f8", (2,)),
         ("swing_foot", "f8", (3,)),
         ("swing_foot_velocity", "f8", (3,)),
+        ("support_yaw", "f8"),
+        ("swing_yaw", "f8"),
         ("support_side", "i8"),
     ],
 )
@@ -41,6 +43,7 @@ COMMAND = np.dtype(
         ("swing_foot", "f8", (3,)),
         ("swing_foot_velocity", "f8", (3,)),
         ("swing_foot_acceleration", "f8", (3,)),
+        ("swing_yaw", "f8"),
         ("double_support", "i8"),
         ("mode", "i8"),
         ("status", "i8"),
@@ -88,6 +91,8 @@ class Observation(Record):
         support_side: which foot that is.
         swing_foot: centre of the sole in the air (x, y, z over the ground) [m].
         swing_foot_velocity: its velocity [m/s].
+        support_yaw: heading of the sole on the ground, counter-clockwise from x [rad].
+        swing_yaw: heading of the other sole [rad].
     """
 
     __slots__ = ()
@@ -100,6 +105,8 @@ class Observation(Record):
     support_foot: NDArray[np.float64]
     swing_foot: NDArray[np.float64]
     swing_foot_velocity: NDArray[np.float64]
+    support_yaw: float
+    swing_yaw: float
 
     @property
     def support_side(self) -> Side:
@@ -118,6 +125,8 @@ class Observation(Record):
         support_side: Side,
         swing_foot: ArrayLike,
         swing_foot_velocity: ArrayLike = (0.0, 0.0, 0.0),
+        support_yaw: float = 0.0,
+        swing_yaw: float = 0.0,
     ) -> None:
         fill(self, locals())
 
@@ -135,6 +144,7 @@ class Command(Record):
             comes first (x, y, z) [m].
         swing_foot_velocity: likewise [m/s].
         swing_foot_acceleration: likewise [m/s^2].
+        swing_yaw: heading of the swing foot, likewise [rad].
         double_support: 1 while the other foot is on the ground too and shares the load.
     """
 
@@ -148,6 +158,7 @@ class Command(Record):
     swing_foot: NDArray[np.float64]
     swing_foot_velocity: NDArray[np.float64]
     swing_foot_acceleration: NDArray[np.float64]
+    swing_yaw: float
     double_support: int
 
     @property
@@ -193,6 +204,10 @@ class Controller(Protocol):
     @property
     def parameters(self) -> NDArray[np.void]:
         """The record that `kernel` reads, shape (1,)."""
+        ...
+
+    def first_observation(self, support_side: Side | None) -> Observation:
+        """What a robot observes that is ready to walk; the foot to stand on first may be chosen."""
         ...
 
     def start(self, observation: Observation) -> NDArray[np.void]:

@@ -175,13 +175,17 @@ def _bisect_kinks(
                 low = kink
             else:
                 high = kink
-    tau = 0.5 * (low + high)
+    tau, previous = 0.5 * (low + high), -1
     for _ in range(2):
-        gradient, curvature, _ = _slope_of_value(
+        gradient, curvature, piece = _slope_of_value(
             tau, tau_weight, nominal_tau, growth_x, growth_y, x_axis, y_axis
         )
         evaluations += 1
-        tau = min(max(tau - gradient / curvature, low), high)
+        # The second time removes the rounding of the first, but not where the root is a kink: the
+        # piece behind it may be all but flat, and rounding would send tau to its other end.
+        if previous in (-1, piece):
+            tau = min(max(tau - gradient / curvature, low), high)
+        previous = piece
     return tau, evaluations
 
 

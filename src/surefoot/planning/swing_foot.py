@@ -1,18 +1,17 @@
 """The foot in the air, re-planned every control cycle from where it is: III-C of [OnlineGait].
 
 x, y: the quintic in time that meets position, velocity and acceleration now, and rests at the
-landing. z: such a quintic plus a bump c h^3 (R - h)^3, h the time from now and R the time left,
-that lifts the foot to its apex at half the step. Re-planning towards an unchanged landing changes
-nothing: the rest of the polynomial is the polynomial of the rest.
+landing. z: a bump over the phase of the flight, and the phase by such a quintic. Re-planning
+towards an unchanged landing changes nothing: the rest of a polynomial is the polynomial of the
+rest.
 """
 
 from __future__ import annotations
 
 from surefoot.compiling import njit
 
-APEX_WINDOW = 0.2
-"""The apex is aimed at while at least this fraction of the time left lies before it; past that the
-bump keeps its height, so that a late change of timing does not fling the foot up."""
+ARRIVED = 1e-9
+"""A phase that exceeds 1 by less than this is the landing, not a foot that waits for it."""
 
 
 @njit
@@ -53,55 +52,47 @@ def quintic(
 
 
 @njit
-def bump(lift: float, duration: float, time: float) -> tuple[float, float, float]:
-    """lift h^3 (R - h)^3 with h = time, R = duration: no velocity or acceleration at both ends.
+def next_phase(
+    phase: float, rate: float, rate_of_rate: float, left: float, time: float
+) -> tuple[float, float, float]:
+    """The phase of the flight, 0 at lift-off and 1 at landing, a little later.
+
+    The quintic that goes on from phase, rate and its rate, and arrives when the flight ends with
+    the mean rate that is left to go. A flight as planned keeps a constant rate.
 
     Args:
-        lift: coefficient [m/s^6].
-        duration: R [s].
-        time: h [s].
+        phase, rate, rate_of_rate: now [-, 1/s, 1/s^2].
+        left: time to the landing, positive [s].
+        time: how much later, at most `left` [s].
+
+    Returns:
+        The three then.
+    """
+    return quintic(phase, rate, rate_of_rate, 1.0, (1.0 - phase) / left, left, time)
+
+
+@njit
+def height(
+    phase: float, rate: float, rate_of_rate: float, apex: float, descent: float
+) -> tuple[float, float, float]:
+    """Height of the foot over the ground by the phase s of its flight.
+
+    z = 64 apex (s (1 - s))^3 + descent s^3 (1 - s). Whatever becomes of the timing, the foot
+    neither rises over its apex nor sinks into the ground, for s is cut off at 0 and 1, where the
+    bump has neither slope nor curvature.
+
+    Args:
+        phase, rate, rate_of_rate: s and its derivatives [-, 1/s, 1/s^2].
+        apex: largest height [m].
+        descent: downward speed at landing over the rate of the phase [m].
 
     Returns:
         Height, velocity, acceleration [m, m/s, m/s^2].
     """
-    w, dw = time * (duration - time), duration - 2.0 * time
-    return lift * w * w * w, 3.0 * lift * w * w * dw, 6.0 * lift * w * (dw * dw - w)
-
-
-@njit
-def bump_lift(
-    z: float,
-    z_velocity: float,
-    z_acceleration: float,
-    apex: float,
-    landing_velocity: float,
-    elapsed: float,
-    duration: float,
-    previous_lift: float,
-    previous_duration: float,
-) -> float:
-    """The lift of the bump for the rest of the step.
-
-    While the apex (half the step) is well ahead, the lift that takes the foot through it. Then
-    the polynomial under way goes on, whose lift is constant; a change of timing stretches the
-    bump in time, not in height.
-
-    Args:
-        z, z_velocity, z_acceleration: the foot now [m, m/s, m/s^2].
-        apex: height to reach [m].
-        landing_velocity: downward speed at touchdown [m/s].
-        elapsed: t, time since touchdown [s].
-        duration: T of the step, larger than t [s].
-        previous_lift: what this function returned a cycle ago [m/s^6].
-        previous_duration: T that it was for [s].
-
-    Returns:
-        The lift [m/s^6].
-    """
-    left, to_apex = duration - elapsed, 0.5 * duration - elapsed
-    if to_apex >= APEX_WINDOW * left:
-        base, _, _ = quintic(z, z_velocity, z_acceleration, 0.0, -landing_velocity, left, to_apex)
-        w = to_apex * (left - to_apex)
-        return (apex - base) / (w * w * w)
-    stretch = max(previous_duration - elapsed, 0.0) / left
-    return previous_lift * stretch**6
+    if phase < 0.0 or phase > 1.0 + ARRIVED:
+        return 0.0, 0.0, 0.0
+    w, dw = phase * (1.0 - phase), 1.0 - 2.0 * phase
+    value = 64.0 * apex * w * w * w + descent * phase * phase * w
+    slope = 192.0 * apex * w * w * dw + descent * phase * phase * (3.0 - 4.0 * phase)
+    curvature = 384.0 * apex * w * (dw * dw - w) + descent * 6.0 * phase * dw
+    return max(value, 0.0), slope * rate, curvature * rate * rate + slope * rate_of_rate

@@ -133,7 +133,7 @@ def simulate_batch(
     last = max((push.end for row in pushes for push in row), default=0.0)
     quiet = last if stop_when_settled else math.inf
     simulator = LipmSimulator(controller.robot, controller.period)
-    observation = controller.gait.observation(first_support)
+    observation = controller.first_observation(first_support)
     state, world = controller.start(observation), simulator.start(observation)
     velocity = np.array(controller.gait.velocity)
     kernel = _pointer(controller.kernel, controller.parameters.dtype, state.dtype)

@@ -88,6 +88,7 @@ def _move_foot(parameters, command, duration, observation):
             observation.swing_foot_velocity[i] = command.swing_foot_velocity[i]
     observation.swing_foot[2] = command.swing_foot[2]
     observation.swing_foot_velocity[2] = command.swing_foot_velocity[2]
+    observation.swing_yaw = command.swing_yaw
 
 
 @njit(forceinline=True)
@@ -97,6 +98,8 @@ def _touch_down(observation):
         landed = observation.swing_foot[i]
         observation.swing_foot[i] = observation.support_foot[i]
         observation.support_foot[i] = landed
+    landed_yaw, observation.swing_yaw = observation.swing_yaw, observation.support_yaw
+    observation.support_yaw = landed_yaw
     observation.swing_foot[2] = 0.0
     for i in range(3):
         observation.swing_foot_velocity[i] = 0.0

@@ -21,7 +21,7 @@ from surefoot.models.interfaces import COMMAND, OBSERVATION, Mode
 from surefoot.models.pushes import Push
 from surefoot.models.robot import Robot
 from surefoot.models.viability import viable_offsets
-from surefoot.planning.double_support import distances_to_support
+from surefoot.planning.support_polygon import distances_to_support
 from surefoot.simulation.outcome import (
     MONITOR,
     Fall,

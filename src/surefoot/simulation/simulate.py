@@ -26,7 +26,7 @@ def simulate(
     pushes: Sequence[Push] = (),
     *,
     velocity_changes: Sequence[tuple[float, tuple[float, float]]] = (),
-    first_support: Side = Side.RIGHT,
+    first_support: Side | None = None,
     plant: Robot | None = None,
 ) -> Rollout:
     """Walk on the linear inverted pendulum, starting on the nominal gait.
@@ -36,7 +36,7 @@ def simulate(
         duration: how long to walk [s]; a fall ends the walk early.
         pushes: forces on the CoM.
         velocity_changes: (time, (v_x, v_y)): new commands, in order of time [s, m/s].
-        first_support: the foot that stands in the first step.
+        first_support: the foot that stands in the first step, the controller's choice if None.
         plant: the robot that is moved, if it is not the one the controller believes in.
 
     Returns:
@@ -58,7 +58,7 @@ def simulate(
     about = describe(controller)
     name = type(controller).__name__
 
-    observation = controller.gait.observation(first_support)
+    observation = controller.first_observation(first_support)
     world = simulator.start(observation)
     state = controller.start(observation)
     observations, commands, decision_times = [], [], []

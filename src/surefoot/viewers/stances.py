@@ -13,6 +13,7 @@ from surefoot.errors import SurefootError
 from surefoot.models.footsteps import Side
 from surefoot.models.interfaces import Mode
 from surefoot.models.pushes import Push
+from surefoot.models.robot import Foot
 from surefoot.planning.nominal_gait import NominalGait, nominal_gait
 from surefoot.simulation.rollout import Rollout
 from surefoot.viewers.ground import pair
@@ -29,22 +30,26 @@ class Stance:
         number: of the step, from 1; the foot that it lands gets the same number.
         side: foot on the ground.
         support_foot: centre of its sole (x, y) [m].
+        yaw: heading of the sole, counter-clockwise from x [rad].
         samples: the cycles of the rollout that belong to it.
         start: time of the touchdown that began it [s].
         end: time of the next touchdown, or of the last cycle [s].
         adapted: whether the step was decided online.
         landing: where the swing foot landed (x, y), None if the run ended before [m].
+        planned_duration: of the step, None if it was decided online from its first cycle [s].
         gait: the nominal gait at its end, None if the plant cannot walk it.
     """
 
     number: int
     side: Side
     support_foot: tuple[float, float]
+    yaw: float
     samples: slice
     start: float
     end: float
     adapted: bool
     landing: tuple[float, float] | None
+    planned_duration: float | None
     gait: NominalGait | None
 
     @property
@@ -77,11 +82,13 @@ def stances(rollout: Rollout) -> list[Stance]:
                 number=index + 1,
                 side=Side(int(side[first])),
                 support_foot=pair(foot[first]),
+                yaw=float(rollout.observations["support_yaw"][first]),
                 samples=slice(first, last),
                 start=float(time[first]),
                 end=float(time[last] if finished else time[-1]),
                 adapted=bool(rollout.adapting[first:last].any()),
                 landing=pair(foot[last]) if finished else None,
+                planned_duration=_planned_duration(rollout, first),
                 gait=gait_at(rollout, float(time[last - 1])),
             )
         )
@@ -106,10 +113,15 @@ def _fixed_duration(rollout: Rollout) -> float | None:
 
     A rollout does not say so, but its first cycle is on the nominal gait and has its duration.
     """
-    command = rollout.commands[0]
-    decided = float(command["step_duration"])
+    planned = _planned_duration(rollout, 0)
     chosen = nominal_gait(rollout.robot, rollout.velocities[0][1]).step_duration
-    return decided if command["mode"] == Mode.TRACKING and abs(decided - chosen) > 1e-3 else None
+    return planned if planned is not None and abs(planned - chosen) > 1e-3 else None
+
+
+def _planned_duration(rollout: Rollout, first: int) -> float | None:
+    """What the plan says of a step in its first cycle, unless it is adapted there already [s]."""
+    command = rollout.commands[first]
+    return float(command["step_duration"]) if command["mode"] == Mode.TRACKING else None
 
 
 def broken(values: NDArray[np.float64], parts: list[Stance]) -> NDArray[np.float64]:
@@ -133,10 +145,30 @@ def support_bounds(
     Returns:
         Least and largest x and y, each of shape (n, 2) [m].
     """
-    foot, half = rollout.support_foot, np.array(rollout.robot.foot.half)
-    shared = rollout.commands["double_support"] != 0
-    other = np.where(shared[:, None], rollout.swing_foot[:, :2], foot)
-    return np.minimum(foot, other) - half, np.maximum(foot, other) + half
+    foot, seen = rollout.support_foot, rollout.observations
+    shared = (rollout.commands["double_support"] != 0)[:, None]
+    reach = sole_reach(rollout.robot.foot, seen["support_yaw"])
+    other_reach = sole_reach(rollout.robot.foot, seen["swing_yaw"])
+    other = rollout.swing_foot[:, :2]
+    low, high = foot - reach, foot + reach
+    return (
+        np.where(shared, np.minimum(low, other - other_reach), low),
+        np.where(shared, np.maximum(high, other + other_reach), high),
+    )
+
+
+def sole_reach(foot: Foot, yaw: float | NDArray[np.float64]) -> NDArray[np.float64]:
+    """How far a sole reaches from its centre along the axes of the world (x, y) [m].
+
+    Args:
+        foot: the sole.
+        yaw: its heading, of any shape [rad].
+
+    Returns:
+        Shape (..., 2).
+    """
+    (half_x, half_y), cos, sin = foot.half, np.abs(np.cos(yaw)), np.abs(np.sin(yaw))
+    return np.stack([cos * half_x + sin * half_y, sin * half_x + cos * half_y], axis=-1)
 
 
 def zmp_outside(rollout: Rollout) -> NDArray[np.bool_]:

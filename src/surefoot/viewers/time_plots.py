@@ -15,7 +15,7 @@ from surefoot.simulation.outcome import SETTLED_ERROR
 from surefoot.simulation.rollout import Rollout
 from surefoot.viewers import palette
 from surefoot.viewers.palette import DASHES, DOTS, HALO
-from surefoot.viewers.stances import Stance, broken, support_bounds, zmp_outside
+from surefoot.viewers.stances import Stance, broken, sole_reach, support_bounds, zmp_outside
 from surefoot.viewers.walk_events import mark_events, name_fall, name_velocities
 
 HEIGHTS = (2.0, 2.0, 1.0, 1.0)
@@ -89,8 +89,9 @@ def _draw_position(ax: Axes, rollout: Rollout, parts: list[Stance], axis: int) -
 
 def _draw_support(ax: Axes, rollout: Rollout, parts: list[Stance], axis: int) -> None:
     """Fill what bounds the ZMP: the sole on the ground, and in double support all between both."""
-    half, name = rollout.robot.foot.half[axis], NAMES[axis]
+    name = NAMES[axis]
     for part in parts:
+        half = sole_reach(rollout.robot.foot, part.yaw)[axis]
         ax.add_patch(
             Rectangle(
                 (part.start, part.support_foot[axis] - half),
@@ -120,9 +121,11 @@ def _draw_support(ax: Axes, rollout: Rollout, parts: list[Stance], axis: int) ->
 
 def _range(rollout: Rollout, axis: int) -> tuple[float, float]:
     """All of CoM, DCM and soles, and of ZMP and plan what does not run far away [m]."""
-    foot, half = rollout.support_foot[:, axis], rollout.robot.foot.half[axis]
+    foot = rollout.support_foot[:, axis]
     near = foot + np.clip(rollout.dcm[:, axis] - foot, -FALL_DISTANCE, FALL_DISTANCE)
-    core = np.concatenate([foot - half, foot + half, rollout.com[:, axis], near])
+    core = np.concatenate(
+        [*(edge[:, axis] for edge in support_bounds(rollout)), rollout.com[:, axis], near]
+    )
     low, high = core.min(), core.max()
     reach = 0.4 * (high - low)
     far = np.concatenate([rollout.zmp[:, axis], rollout.dcm_plan[:, axis]])
@@ -161,16 +164,19 @@ def _draw_duration(ax: Axes, rollout: Rollout, parts: list[Stance]) -> None:
         gid="step-duration",
     )
     for part in parts:
-        if part.gait is not None:
+        planned = part.planned_duration
+        if planned is None and part.gait is not None:
+            planned = part.gait.step_duration
+        if planned is not None:
             ax.hlines(
-                part.gait.step_duration,
+                planned,
                 part.start,
                 part.end,
                 color=palette.DCM_PLAN,
                 linewidth=1.1,
                 linestyle=DASHES,
                 zorder=3.2,
-                gid=f"nominal-duration-{part.number}",
+                gid=f"planned-duration-{part.number}",
             )
     _write_adapted_durations(ax, parts)
     name_velocities(ax, rollout)
@@ -181,11 +187,11 @@ def _draw_duration(ax: Axes, rollout: Rollout, parts: list[Stance]) -> None:
 
 
 def _duration_ticks(rollout: Rollout, parts: list[Stance]) -> list[float]:
-    """The limits, and the nominal duration between them if there is room for its number [s]."""
+    """The limits, and the first planned duration between them if its number has room [s]."""
     shortest, longest = rollout.robot.gait.step_duration
     room = 0.2 * longest
-    nominal = parts[0].gait.step_duration if parts[0].gait is not None else shortest
-    middle = [nominal] if shortest + room < nominal < longest - room else []
+    planned = parts[0].planned_duration or shortest
+    middle = [planned] if shortest + room < planned < longest - room else []
     return [shortest, *middle, longest]
 
 

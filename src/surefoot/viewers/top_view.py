@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -10,13 +13,14 @@ from matplotlib.patches import Rectangle
 from numpy.typing import NDArray
 
 from surefoot.models.footsteps import Side
+from surefoot.models.robot import Foot
 from surefoot.simulation.lipm_simulator import FALL_DISTANCE
 from surefoot.simulation.rollout import Rollout
 from surefoot.viewers import palette
 from surefoot.viewers.ground import Extent, metres_per_inch, pair
 from surefoot.viewers.palette import DASHES, HALO
 from surefoot.viewers.push_arrows import draw_push, label_pushes, push_arrow
-from surefoot.viewers.stances import Stance, acting_pushes, broken
+from surefoot.viewers.stances import Stance, acting_pushes, broken, sole_reach
 
 MARGIN = 0.1
 """Free space around what is drawn [m]."""
@@ -33,16 +37,14 @@ SAME_PLACE = 0.05
 
 def extent(rollout: Rollout, parts: list[Stance]) -> Extent:
     """The ground to show: all feet, CoM and DCM, and of ZMP and plan what does not run far away."""
-    half = np.array(rollout.robot.foot.half)
-    feet = np.array(
-        [foot for foot, _ in _soles(rollout, parts)]
-        + [part.moved_from for part in parts if part.moved_from is not None]
-    )
+    soles = [*_soles(rollout, parts), *_nominal_soles(parts)]
+    centres = np.array([sole.centre for sole in soles])
+    reach = sole_reach(rollout.robot.foot, np.array([sole.yaw for sole in soles]))
     near = rollout.support_foot + np.clip(
         rollout.dcm - rollout.support_foot, -FALL_DISTANCE, FALL_DISTANCE
     )
     tails = [push_arrow(rollout, push)[0] for push in acting_pushes(rollout)]
-    core = np.concatenate([feet - half, feet + half, rollout.com, near, *np.array(tails)[:, None]])
+    core = np.array([*(centres - reach), *(centres + reach), *rollout.com, *near, *tails])
     low, high = core.min(axis=0), core.max(axis=0)
     far = np.concatenate([rollout.zmp, rollout.dcm_plan])
     low = np.maximum(np.minimum(low, far.min(axis=0)), low - 0.2)
@@ -78,46 +80,79 @@ def draw_top_view(ax: Axes, rollout: Rollout, parts: list[Stance], shown: Extent
         _mark_fall(ax, rollout, shown)
 
 
-def _soles(rollout: Rollout, parts: list[Stance]) -> list[tuple[tuple[float, float], Side]]:
+@dataclass(frozen=True)
+class _Sole:
+    """A place where a foot stood.
+
+    Attributes:
+        centre: of the sole (x, y) [m].
+        yaw: its heading [rad].
+        side: which foot.
+        numbers: of the steps that brought it there, 0 for a foot that stood at the start.
+    """
+
+    centre: tuple[float, float]
+    yaw: float
+    side: Side
+    numbers: tuple[int, ...]
+
+    def rectangle(self, foot: Foot, **look: Any) -> Rectangle:
+        """Its outline in true size."""
+        return Rectangle(
+            (self.centre[0] - foot.half[0], self.centre[1] - foot.half[1]),
+            foot.length,
+            foot.width,
+            angle=math.degrees(self.yaw),
+            rotation_point="center",
+            **look,
+        )
+
+
+def _soles(rollout: Rollout, parts: list[Stance]) -> list[_Sole]:
     """Every place where a foot stood: the swing foot's first, then in the order of landing."""
-    start = rollout.swing_foot[0][:2]
-    first = (pair(start), parts[0].side.other)
-    return [first, *((part.support_foot, part.side) for part in parts)]
+    start, yaw = pair(rollout.swing_foot[0][:2]), float(rollout.observations["swing_yaw"][0])
+    first = _Sole(start, yaw, parts[0].side.other, ())
+    return [
+        first,
+        *(_Sole(part.support_foot, part.yaw, part.side, (part.number - 1,)) for part in parts),
+    ]
+
+
+def _nominal_soles(parts: list[Stance]) -> list[_Sole]:
+    """Where the nominal gait would have put the feet of the steps that went elsewhere."""
+    return [
+        _Sole(part.moved_from, part.yaw, part.side.other, (part.number,))
+        for part in parts
+        if part.moved_from is not None
+    ]
 
 
 def _draw_footprints(ax: Axes, rollout: Rollout, parts: list[Stance]) -> None:
     foot = rollout.robot.foot
     adapted = {part.number for part in parts if part.adapted}
-    # The first sole belongs to no step of the run: it is where the swing foot came from.
-    for number, (centre, side) in enumerate(_soles(rollout, parts), start=-1):
-        online = number in adapted
+    for sole in _soles(rollout, parts):
+        online = not adapted.isdisjoint(sole.numbers)
         ax.add_patch(
-            Rectangle(
-                (centre[0] - foot.half[0], centre[1] - foot.half[1]),
-                foot.length,
-                foot.width,
-                facecolor=palette.SOLE[side],
-                edgecolor=palette.ADAPTED if online else palette.SOLE_EDGE[side],
+            sole.rectangle(
+                foot,
+                facecolor=palette.SOLE[sole.side],
+                edgecolor=palette.ADAPTED if online else palette.SOLE_EDGE[sole.side],
                 linewidth=1.8 if online else 0.8,
                 zorder=1.5 if online else 1.0,
-                gid=f"footprint-{number}" if number >= 0 else "footprint-start",
+                # The swing foot's first place belongs to no step of the run.
+                gid=f"footprint-{sole.numbers[0] if sole.numbers else 'start'}",
             )
         )
-    for part in parts:
-        nominal = part.moved_from
-        if nominal is None:
-            continue
+    for sole in _nominal_soles(parts):
         ax.add_patch(
-            Rectangle(
-                (nominal[0] - foot.half[0], nominal[1] - foot.half[1]),
-                foot.length,
-                foot.width,
+            sole.rectangle(
+                foot,
                 fill=False,
                 edgecolor=palette.ADAPTED,
                 linewidth=1.0,
                 linestyle=(0, (3.5, 2.5)),
                 zorder=1.6,
-                gid=f"nominal-landing-{part.number}",
+                gid=f"nominal-landing-{sole.numbers[0]}",
             )
         )
 
@@ -125,54 +160,66 @@ def _draw_footprints(ax: Axes, rollout: Rollout, parts: list[Stance]) -> None:
 def _number_footprints(ax: Axes, rollout: Rollout, parts: list[Stance]) -> None:
     """Write the number of its step at the outer side of every sole; sideways, at its ends."""
     adapted = {part.number for part in parts if part.adapted}
-    moved = np.abs(np.subtract(parts[-1].support_foot, parts[0].support_foot))
-    sideways = moved[1] > max(moved[0], rollout.robot.hip)
-    places = _places(rollout, parts)
+    ahead = np.array([1.0, 0.0] if _walks_sideways(rollout, parts) else [0.0, 1.0])
     # Where steps crowd, those that were decided online are the ones to name.
-    places.sort(key=lambda place: adapted.isdisjoint(place[2]))
+    places = sorted(_places(rollout, parts), key=lambda place: adapted.isdisjoint(place.numbers))
     taken: list[NDArray[np.float64]] = []
-    for centre, side, numbers in places:
-        outward = 1.0 if side is Side.LEFT else -1.0
-        way = np.array([outward, 0.0] if sideways else [0.0, outward])
-        spot = np.add(centre, way * rollout.robot.foot.half)
+    for place in places:
+        outward = ahead if place.side is Side.LEFT else -ahead
+        spot = place.centre + _turned(outward * rollout.robot.foot.half, place.yaw)
+        way = _turned(outward, place.yaw)
         apart = np.array([0.23, 0.15]) * metres_per_inch(ax)
         if any(np.all(np.abs(spot - other) < apart) for other in taken):
             continue
         taken.append(spot)
-        online = not adapted.isdisjoint(numbers)
+        online = not adapted.isdisjoint(place.numbers)
         ax.annotate(
-            _run_of_numbers(numbers),
+            _run_of_numbers(place.numbers),
             pair(spot),
             xytext=pair(3.0 * way),
             textcoords="offset points",
-            ha=("left" if outward > 0.0 else "right") if sideways else "center",
-            va="center" if sideways else ("bottom" if outward > 0.0 else "top"),
+            ha=("right", "center", "left")[1 + round(way[0])],
+            va=("top", "center", "bottom")[1 + round(way[1])],
             fontsize=8.5 if online else 7.5,
             fontweight="bold" if online else "normal",
             color=palette.ADAPTED if online else palette.QUIET,
             path_effects=HALO,
             clip_on=True,
-            gid=f"number-{numbers[0]}",
+            gid=f"number-{place.numbers[0]}",
             zorder=6.0,
         )
 
 
-def _places(
-    rollout: Rollout, parts: list[Stance]
-) -> list[tuple[tuple[float, float], Side, list[int]]]:
-    """Where feet stood, and the steps that brought them there; in place, several to the same."""
-    places: list[tuple[tuple[float, float], Side, list[int]]] = []
-    for number, (centre, side) in enumerate(_soles(rollout, parts)[1:]):
-        for other, other_side, numbers in places:
-            if side is other_side and math.dist(centre, other) < SAME_PLACE:
-                numbers.append(number)
+def _walks_sideways(rollout: Rollout, parts: list[Stance]) -> bool:
+    """Whether the feet, in their own directions, moved to the side more than ahead."""
+    moved = sum(
+        _turned(np.subtract(after.support_foot, before.support_foot), -before.yaw)
+        for before, after in pairwise(parts)
+    )
+    ahead, aside = np.abs(moved) * np.ones(2)
+    return bool(aside > max(ahead, rollout.robot.hip))
+
+
+def _turned(vector: NDArray[np.float64], angle: float) -> NDArray[np.float64]:
+    """A vector turned counter-clockwise by an angle [rad]."""
+    cos, sin = math.cos(angle), math.sin(angle)
+    return np.array([cos * vector[0] - sin * vector[1], sin * vector[0] + cos * vector[1]])
+
+
+def _places(rollout: Rollout, parts: list[Stance]) -> list[_Sole]:
+    """Where feet stood in the run; in place, several steps lead to the same."""
+    places: list[_Sole] = []
+    for sole in _soles(rollout, parts)[1:]:
+        for index, place in enumerate(places):
+            if sole.side is place.side and math.dist(sole.centre, place.centre) < SAME_PLACE:
+                places[index] = replace(place, numbers=place.numbers + sole.numbers)
                 break
         else:
-            places.append((centre, side, [number]))
+            places.append(sole)
     return places
 
 
-def _run_of_numbers(numbers: list[int]) -> str:
+def _run_of_numbers(numbers: tuple[int, ...]) -> str:
     if len(numbers) > 4:
         return f"{numbers[0]}, {numbers[1]} … {numbers[-1]}"
     return ", ".join(map(str, numbers))
