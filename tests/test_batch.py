@@ -51,11 +51,10 @@ def test_stopping_early_does_not_change_the_verdict() -> None:
 
 
 def test_what_cannot_run_in_a_batch() -> None:
-    class Thinker:
-        kernel = None
-
-    with pytest.raises(sf.ParameterError, match="compiled kernel; got Thinker"):
-        simulate_batch(Thinker(), PUSHES, 1.0)  # type: ignore[arg-type]
+    places = [(sf.Side.LEFT, 0.1, 0.0), (sf.Side.RIGHT, -0.1, 0.0), (sf.Side.LEFT, 0.1, 0.5)]
+    alone = sf.FootholdTracking(ROBOT, [sf.Foothold(s, 0.0, y, 0.0, t) for s, y, t in places])
+    with pytest.raises(sf.ParameterError, match="compiled kernel; got FootholdTracking"):
+        simulate_batch(alone, PUSHES, 1.0)
     with pytest.raises(sf.ParameterError, match="same number of pushes"):
         simulate_batch(CONTROLLERS["hybrid"], [[], PUSHES[0]], 1.0)
 

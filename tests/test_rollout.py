@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 
@@ -167,3 +168,33 @@ def test_places_where_nothing_can_be_saved(pushed_walk: sf.Rollout, tmp_path: Pa
     (tmp_path / "folder.npz").mkdir()
     with pytest.raises(sf.FileError, match="a file; got the directory"):
         pushed_walk.save(tmp_path / "folder.npz")
+
+
+def test_settled_means_two_per_cent_of_the_velocity(pushed_walk: sf.Rollout) -> None:
+    """The same walk, judged against commands that it misses by a little less and a little more."""
+    assert sf.Outcome.RECOVERED is pushed_walk.outcome
+    for factor, outcome in ((0.983, sf.Outcome.RECOVERED), (0.977, sf.Outcome.UNSETTLED)):
+        velocities = ((0.0, (0.5 * factor, 0.0)),)
+        assert replace(pushed_walk, velocities=velocities).outcome is outcome
+
+
+@pytest.mark.parametrize("first_support", list(sf.Side))
+def test_the_evidence_of_a_fall_counts_from_the_right_side(first_support: sf.Side) -> None:
+    """Its margins are those of the finite foot at the touchdowns that it names."""
+    controller = sf.HybridController(ROBOT, (0.5, 0.0))
+    push = sf.Push(1.1, 0.2, (0.0, 900.0 * first_support))
+    rollout = sf.simulate(controller, 6.0, [push], first_support=first_support)
+    fall = rollout.fall
+    assert fall is not None
+    assert fall.last_viable_time is not None
+    margins = {
+        step.start + step.duration: sf.viable_offsets(ROBOT, step.side, ROBOT.foot.half).margin(
+            step.dcm_offset
+        )
+        for step in rollout.footsteps
+    }
+    assert fall.last_margin == margins[fall.last_viable_time]
+    undisturbed = [s for s in rollout.footsteps if s.start + s.duration < 1.1]
+    # d = -0.0296 (right support): 0.0296 + 0.1635 + 0.055 from the inner bound.
+    for step in undisturbed:
+        assert margins[step.start + step.duration] == pytest.approx(0.2481, abs=1e-4)

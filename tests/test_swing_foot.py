@@ -232,3 +232,11 @@ def test_a_leg_of_limited_speed_hurries_no_faster_than_it_can(robot: sf.Robot) -
     assert (late == (away > reach + 1e-9)).all()
     assert late.any()
     assert not late.all()
+
+
+def test_a_diagonal_step_is_limited_as_a_whole(robot: sf.Robot) -> None:
+    """Not each axis by itself: 1.2 m/s along x and y are 1.7 m/s."""
+    slow = robot.replace(swing=Swing(max_speed=1.3))
+    rollout = sf.simulate(sf.HybridController(slow, (0.3, 0.2)), 3.0)
+    speed = np.hypot(*rollout.commands["swing_foot_velocity"][:, :2].T)
+    assert speed.max() <= 1.3 * (1.0 + 2e-3)

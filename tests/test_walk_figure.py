@@ -330,6 +330,11 @@ def test_dcm_error_and_step_duration(drawn: Get) -> None:
     assert walk.texts("duration-.*") == [f"{third:.2f} s"]
 
 
+def test_the_durations_named_are_limits_and_plan(drawn: Get) -> None:
+    ax = drawn("sideways").figure.axes[4]
+    assert [tick.get_text() for tick in ax.get_yticklabels()] == ["0.2", "0.43", "0.8"]
+
+
 def test_a_fall_is_marked_with_its_evidence(drawn: Get) -> None:
     walk = drawn("fall")
     fall = walk.rollout.fall

@@ -81,9 +81,23 @@ def _walk_range(
         )  # fmt: skip
 
 
+def kernel_pointer(controller: Controller, state: NDArray[np.void]) -> object:
+    """A controller's kernel as a pointer, of a type that the cache on disk understands.
+
+    Raises:
+        ParameterError: it has none.
+    """
+    if controller.kernel is None:
+        raise ParameterError(
+            "a controller with a compiled kernel",
+            type(controller).__name__,
+            "run its walks one by one with surefoot.simulate",
+        )
+    return _pointer(controller.kernel, controller.parameters.dtype, state.dtype)
+
+
 @cache
 def _pointer(kernel: Callable[..., None], parameters: np.dtype, state: np.dtype) -> object:
-    """The kernel as a pointer to compiled code, of a type that the cache on disk understands."""
     record = numba.from_dtype
     signature = types.void(record(parameters), record(state), record(OBSERVATION), record(state))
     return function_pointer(kernel, signature)
@@ -115,12 +129,6 @@ def simulate_batch(
     Raises:
         ParameterError: the controller has no kernel, or the walks differ in their number of pushes.
     """
-    if controller.kernel is None:
-        raise ParameterError(
-            "a controller with a compiled kernel",
-            type(controller).__name__,
-            "run its walks one by one with surefoot.simulate",
-        )
     if len({len(row) for row in pushes}) > 1:
         raise ParameterError(
             "the same number of pushes in every walk",
@@ -136,7 +144,7 @@ def simulate_batch(
     observation = controller.first_observation(first_support)
     state, world = controller.start(observation), simulator.start(observation)
     velocity = np.array(controller.gait.velocity)
-    kernel = _pointer(controller.kernel, controller.parameters.dtype, state.dtype)
+    kernel = kernel_pointer(controller, state)
     results = np.zeros(len(pushes), WALK_RESULT)
 
     def run(part: slice) -> None:

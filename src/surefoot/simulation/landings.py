@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
-from functools import cache
+from collections.abc import Sequence
 
-import numba
 import numpy as np
-from numba import types
 from numpy.typing import NDArray
 
-from surefoot.compiling import function_pointer, njit
-from surefoot.errors import ParameterError
+from surefoot.compiling import njit
 from surefoot.models.footsteps import Side
-from surefoot.models.interfaces import OBSERVATION, Controller, Mode
+from surefoot.models.interfaces import Controller, Mode
 from surefoot.models.pushes import PUSH, Push, push_records
+from surefoot.simulation.batch import kernel_pointer
 from surefoot.simulation.lipm_simulator import LipmSimulator, lipm_cycle
 
 LANDING = np.dtype([("time", "f8"), ("offset", "f8", (2,)), ("adapted", "?")])
@@ -45,13 +42,6 @@ def _land_all(kernel, parameters, state, simulator, world, pushes, most_cycles, 
             landings[i].offset[k] = observation.dcm[k] - observation.support_foot[k]
 
 
-@cache
-def _pointer(kernel: Callable[..., None], parameters: np.dtype, state: np.dtype) -> object:
-    record = numba.from_dtype
-    signature = types.void(record(parameters), record(state), record(OBSERVATION), record(state))
-    return function_pointer(kernel, signature)
-
-
 def pushed_landings(
     controller: Controller, pushes: Sequence[Push], first_support: Side = Side.RIGHT
 ) -> NDArray[np.void]:
@@ -70,12 +60,6 @@ def pushed_landings(
     Raises:
         ParameterError: the controller has no kernel.
     """
-    if controller.kernel is None:
-        raise ParameterError(
-            "a controller with a compiled kernel",
-            type(controller).__name__,
-            "run its walks one by one with surefoot.simulate",
-        )
     simulator = LipmSimulator(controller.robot, controller.period)
     observation = controller.gait.observation(first_support)
     state = controller.start(observation)
@@ -83,7 +67,7 @@ def pushed_landings(
     table[:, 0] = push_records(pushes)
     landings = np.zeros(len(pushes), LANDING)
     most_cycles = math.ceil(2.0 * controller.robot.gait.step_duration[1] / controller.period)
-    kernel = _pointer(controller.kernel, controller.parameters.dtype, state.dtype)
+    kernel = kernel_pointer(controller, state)
     _land_all(
         kernel, controller.parameters, state, simulator.parameters, simulator.start(observation),
         table, most_cycles, landings,

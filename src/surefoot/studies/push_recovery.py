@@ -30,7 +30,7 @@ class PushLimit:
 
     Attributes:
         direction: unit vector of the push (x, y).
-        impulse: the smallest that fails, 0 if the gait fails unpushed, inf if none up to
+        impulse: the smallest that fails, 0 if the gait does not settle unpushed, inf if none up to
             `scanned` does [N s].
         delta_v: impulse / mass [m/s].
         fell: whether it fell there; otherwise it kept walking without settling.

@@ -182,7 +182,8 @@ def _draw_duration(ax: Axes, rollout: Rollout, parts: list[Stance]) -> None:
     name_velocities(ax, rollout)
     name_fall(ax, rollout)
     ax.set_ylim(0.0, 1.3 * longest)
-    ax.set_yticks(_duration_ticks(rollout, parts))
+    ticks = _duration_ticks(rollout, parts)
+    ax.set_yticks(ticks, [f"{tick:.2g}" for tick in ticks])
     ax.set_ylabel("step\nduration [s]")
 
 

@@ -184,7 +184,6 @@ def _number_footprints(ax: Axes, rollout: Rollout, parts: list[Stance]) -> None:
             fontweight="bold" if online else "normal",
             color=palette.ADAPTED if online else palette.QUIET,
             path_effects=HALO,
-            clip_on=True,
             gid=f"number-{place.numbers[0]}",
             zorder=6.0,
         )

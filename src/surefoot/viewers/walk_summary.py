@@ -14,7 +14,7 @@ from surefoot.simulation.outcome import Outcome
 from surefoot.simulation.rollout import Rollout
 
 _SENTENCES = {
-    Outcome.WALKED: "walked: on the nominal gait all the way",
+    Outcome.WALKED: "walked: on the nominal gait",
     Outcome.RECOVERED: "recovered: back on the nominal gait",
     Outcome.UNSETTLED: "unsettled: still walking, but not on the nominal gait when the run ended",
     Outcome.FELL: "fell",
@@ -129,11 +129,11 @@ def _evidence(rollout: Rollout) -> str:
     if fall.lost_time is not None and fall.lost_margin is not None:
         text += (
             f"; past saving since the touchdown at {fall.lost_time:.2f} s "
-            f"({-1e3 * fall.lost_margin:.0f} mm outside the viable set)"
+            f"({-1e3 * fall.lost_margin:.0f} mm outside what a leg of any speed could save)"
         )
     if fall.last_viable_time is not None and fall.last_margin is not None:
         text += (
-            f"; last safe touchdown at {fall.last_viable_time:.2f} s "
+            f"; last touchdown that such a leg could have saved at {fall.last_viable_time:.2f} s "
             f"({1e3 * fall.last_margin:.0f} mm inside)"
         )
     return text
