@@ -124,6 +124,7 @@ def test_plot_draws(tmp_path: Path) -> None:
         (["--plot", "no/such/place/walk.png"], "a directory that exists; got no/such/place"),
         (["--plot", "walk.bmp"], "a path ending in .png"),
         (["--plot", "/proc/walk.png"], "a file that can be written"),
+        (["--plot", "w" * 300 + ".png"], "a file that can be written"),
     ],
 )
 def test_misuse_exits_with_2_and_says_what_to_do(arguments: list[str], message: str) -> None:

@@ -184,6 +184,15 @@ def test_what_cannot_be_asked_of_it() -> None:
         controller.with_velocity((0.1, 0.0))
 
 
+def test_soles_that_meet_at_a_corner_only_are_seen() -> None:
+    """Beside each other they are clear; turned towards each other they are not."""
+    stand = [sf.Foothold(LEFT, 0.0, 0.1, 0.0, 0.0), sf.Foothold(RIGHT, 0.0, -0.1, 0.0, 0.0)]
+    landing = sf.Foothold(LEFT, 0.12, 0.03, 0.0, 0.5)
+    sf.FootholdTracking(ROBOT, [*stand, landing])
+    with pytest.raises(sf.FootholdError, match="soles that do not overlap"):
+        sf.FootholdTracking(ROBOT, [*stand, replace(landing, yaw=0.5)])
+
+
 def rows(*changes: tuple[int, str]) -> str:
     lines = CSV.splitlines()
     for line, text in changes:

@@ -73,15 +73,17 @@ def check_writable(path: Path, suffixes: Sequence[str]) -> None:
     folder = path.parent
     if not folder.is_dir():
         raise FileError("a directory that exists", str(folder), "make it first, or choose another")
-    if path.is_dir():
-        raise FileError("a file", f"the directory {path}", "add a file name")
     try:
+        if path.is_dir():
+            raise FileError("a file", f"the directory {path}", "add a file name")
         if path.exists():
             # Opened to append, and closed again: it can be replaced, and is unchanged.
             path.open("ab").close()
         else:
             # A file without a name proves that the directory can be written to, even to root.
             TemporaryFile(dir=folder).close()
+    except FileError:
+        raise
     except OSError as error:
         raise FileError(
             "a file that can be written", f"{path}: {error.strerror}", "choose another place"

@@ -18,7 +18,7 @@ from typing import Any
 
 from surefoot.errors import SurefootError
 from surefoot.models.footsteps import Side
-from surefoot.models.robot import Robot
+from surefoot.models.robot import Foot, Robot
 
 REQUIRED = ("side", "x", "y", "time")
 OPTIONAL = ("yaw",)
@@ -160,7 +160,7 @@ def _check_step(standing: Foothold, landing: Foothold, robot: Robot, where: str)
             f"{-1e3 * outward:.0f} mm across the other foot ({where})",
             "legs would cross: move it outward",
         )
-    if abs(x) < robot.foot.length and abs(y) < robot.foot.width:
+    if _overlap(standing, landing, robot.foot):
         raise FootholdError(
             "soles that do not overlap",
             f"a landing {1e3 * x:.0f} mm ahead of and {1e3 * outward:.0f} mm beside the other foot "
@@ -175,6 +175,22 @@ def _check_step(standing: Foothold, landing: Foothold, robot: Robot, where: str)
                 f"{value:.4g} m ({where})",
                 f"move it nearer, or change step_{name} of robot '{robot.name}'",
             )
+
+
+def _overlap(one: Foothold, two: Foothold, foot: Foot) -> bool:
+    """Whether two soles overlap: no side of either separates them."""
+    turn = two.yaw - one.yaw
+    cos, sin = abs(math.cos(turn)), abs(math.sin(turn))
+    # Along its own axes a sole reaches `half`, along those of the other one `half` and `reach`.
+    reach = (foot.half[0] * cos + foot.half[1] * sin, foot.half[0] * sin + foot.half[1] * cos)
+    for here, there in ((one, two), (two, one)):
+        away = step_in_foot(here, there)
+        if any(
+            abs(distance) >= half + other
+            for distance, half, other in zip(away, foot.half, reach, strict=True)
+        ):
+            return False
+    return True
 
 
 def _csv_rows(text: str, path: Path) -> list[tuple[int, Mapping[str, Any]]]:
