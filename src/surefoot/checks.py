@@ -74,20 +74,19 @@ def check_writable(path: Path, suffixes: Sequence[str]) -> None:
     if not folder.is_dir():
         raise FileError("a directory that exists", str(folder), "make it first, or choose another")
     try:
-        if path.is_dir():
-            raise FileError("a file", f"the directory {path}", "add a file name")
-        if path.exists():
+        is_folder = path.is_dir()
+        if path.exists() and not is_folder:
             # Opened to append, and closed again: it can be replaced, and is unchanged.
             path.open("ab").close()
-        else:
+        elif not is_folder:
             # A file without a name proves that the directory can be written to, even to root.
             TemporaryFile(dir=folder).close()
-    except FileError:
-        raise
     except OSError as error:
         raise FileError(
             "a file that can be written", f"{path}: {error.strerror}", "choose another place"
         ) from error
+    if is_folder:
+        raise FileError("a file", f"the directory {path}", "add a file name")
 
 
 def check_folder(path: Path) -> None:

@@ -338,9 +338,9 @@ def _check_outputs(plot: Path | None, save: Path | None) -> None:
         check_writable(save, (".npz",))
     if plot is not None:
         _check_plotting()
-        from surefoot.viewers.walk_figure import FORMATS
+        from surefoot.viewers.walk_figure import check_figure_path
 
-        check_writable(plot, FORMATS)
+        check_figure_path(plot)
 
 
 def _check_plotting() -> None:

@@ -76,6 +76,20 @@ def side_index(support_side: int) -> int:
     return 0 if support_side > 0 else 1
 
 
+@njit(forceinline=True)
+def _way(observation, previous, new_step, left, command, axis, time):
+    """The smooth way to the landing over ground, one axis: position, velocity, acceleration."""
+    return quintic(
+        observation.swing_foot[axis],
+        observation.swing_foot_velocity[axis],
+        0.0 if new_step else previous.swing_foot_acceleration[axis],
+        command.step_location[axis],
+        0.0,
+        left,
+        time,
+    )
+
+
 @njit
 def too_fast(swing, observation, previous, new_step, left, command) -> bool:
     """Whether the smooth way to the landing would exceed the speed limit of the leg."""
@@ -83,16 +97,8 @@ def too_fast(swing, observation, previous, new_step, left, command) -> bool:
     for k in range(SPEED_SAMPLES):
         speed = 0.0
         for i in range(2):
-            acceleration = 0.0 if new_step else previous.swing_foot_acceleration[i]
-            _, velocity, _ = quintic(
-                observation.swing_foot[i],
-                observation.swing_foot_velocity[i],
-                acceleration,
-                command.step_location[i],
-                0.0,
-                left,
-                left * k / SPEED_SAMPLES,
-            )
+            time = left * k / SPEED_SAMPLES
+            _, velocity, _ = _way(observation, previous, new_step, left, command, i, time)
             speed = length(speed, velocity)
         if speed > limit:
             return True
@@ -120,20 +126,11 @@ def _move_over_ground(swing, observation, previous, new_step, left, command):
             command.swing_foot_velocity[i] = speed
             command.swing_foot_acceleration[i] = 0.0
             continue
-        acceleration = 0.0 if new_step else previous.swing_foot_acceleration[i]
         (
             command.swing_foot[i],
             command.swing_foot_velocity[i],
             command.swing_foot_acceleration[i],
-        ) = quintic(
-            observation.swing_foot[i],
-            observation.swing_foot_velocity[i],
-            acceleration,
-            command.step_location[i],
-            0.0,
-            left,
-            swing.period,
-        )
+        ) = _way(observation, previous, new_step, left, command, i, swing.period)
 
 
 @njit

@@ -87,29 +87,24 @@ def _compiled() -> Callable[..., None]:
     return entry_point(_tracking_step, TRACKING, TRACKING_STATE, OBSERVATION, TRACKING_STATE)
 
 
-def check_double_support(fraction: float) -> None:
-    """Refuse a fraction that leaves too little of the step to move the foot in.
+def check_tracking(robot: Robot, dcm_gain: float, double_support: float, period: float) -> None:
+    """Refuse what no controller that tracks can work with.
 
     Raises:
-        ParameterError: it is not in [0, `LONGEST_DOUBLE_SUPPORT`].
-    """
-    check_number("double_support", fraction, 0.0, "-")
-    if fraction > LONGEST_DOUBLE_SUPPORT:
-        raise ParameterError(
-            f"`double_support` of at most {LONGEST_DOUBLE_SUPPORT} of the step",
-            f"{fraction}",
-            "people walk with about 0.2",
-        )
-
-
-def check_robot(robot: Robot) -> None:
-    """Refuse what is not a `Robot`.
-
-    Raises:
-        ParameterError: it is something else.
+        ParameterError: no `Robot`, a gain or a period that is not positive, or a double support
+            that leaves too little of the step to move the foot in.
     """
     if not isinstance(robot, Robot):
         raise ParameterError("a Robot", repr(robot), 'load one: surefoot.load_robot("paper-biped")')
+    check_number("dcm_gain", dcm_gain, 0.0, "1/s", above=True)
+    check_number("period", period, 0.0, "s", above=True)
+    check_number("double_support", double_support, 0.0, "-")
+    if double_support > LONGEST_DOUBLE_SUPPORT:
+        raise ParameterError(
+            f"`double_support` of at most {LONGEST_DOUBLE_SUPPORT} of the step",
+            f"{double_support}",
+            "people walk with about 0.2",
+        )
 
 
 def tracking_parameters(
@@ -199,10 +194,7 @@ class DcmTracking:
     parameters: NDArray[np.void] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        check_robot(self.robot)
-        check_number("dcm_gain", self.dcm_gain, 0.0, "1/s", above=True)
-        check_number("period", self.period, 0.0, "s", above=True)
-        check_double_support(self.double_support)
+        check_tracking(self.robot, self.dcm_gain, self.double_support, self.period)
         gait = nominal_gait(self.robot, self.velocity, self.step_duration)
         object.__setattr__(self, "gait", gait)
         object.__setattr__(self, "velocity", gait.velocity)

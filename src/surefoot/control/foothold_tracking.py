@@ -13,14 +13,12 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from surefoot.checks import check_number
 from surefoot.compiling import entry_point, njit
 from surefoot.control.cycle import side_index
 from surefoot.control.dcm_tracking import (
     DEFAULT_DCM_GAIN,
     TRACKING_STATE,
-    check_double_support,
-    check_robot,
+    check_tracking,
     first_plan,
     tracking_cycle,
     tracking_parameters,
@@ -78,10 +76,7 @@ class FootholdTracking:
     parameters: NDArray[np.void] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        check_robot(self.robot)
-        check_number("dcm_gain", self.dcm_gain, 0.0, "1/s", above=True)
-        check_number("period", self.period, 0.0, "s", above=True)
-        check_double_support(self.double_support)
+        check_tracking(self.robot, self.dcm_gain, self.double_support, self.period)
         object.__setattr__(self, "footholds", tuple(self.footholds))
         check_footholds(self.footholds, self.robot, "footholds")
         object.__setattr__(self, "gait", nominal_gait(self.robot, (0.0, 0.0)))

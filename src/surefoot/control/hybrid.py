@@ -27,8 +27,7 @@ from surefoot.control.cycle import (
 )
 from surefoot.control.dcm_tracking import (
     DEFAULT_DCM_GAIN,
-    check_double_support,
-    check_robot,
+    check_tracking,
     first_plan,
     tracking_parameters,
 )
@@ -172,11 +171,8 @@ class HybridController:
     parameters: NDArray[np.void] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        check_robot(self.robot)
+        check_tracking(self.robot, self.dcm_gain, self.double_support, self.period)
         check_number("threshold", self.threshold, 0.0, "m", endless=True)
-        check_number("dcm_gain", self.dcm_gain, 0.0, "1/s", above=True)
-        check_number("period", self.period, 0.0, "s", above=True)
-        check_double_support(self.double_support)
         check_pair("step_weight", self.step_weight, 0.0, "1/m^2")
         check_number("tau_weight", self.tau_weight, 0.0, "-")
         check_pair("offset_weight", self.offset_weight, 0.0, "1/m^2")

@@ -61,7 +61,7 @@ def pushed_landings(
         ParameterError: the controller has no kernel.
     """
     simulator = LipmSimulator(controller.robot, controller.period)
-    observation = controller.gait.observation(first_support)
+    observation = controller.first_observation(first_support)
     state = controller.start(observation)
     table = np.zeros((len(pushes), 1), PUSH)
     table[:, 0] = push_records(pushes)
