@@ -17,6 +17,9 @@ from surefoot.models.footsteps import Side
 from surefoot.models.interfaces import Observation
 from surefoot.models.robot import Robot
 
+QUINTIC_PEAK = 1.875
+"""Largest speed of a quintic from rest to rest, over its mean speed."""
+
 
 @dataclass(frozen=True)
 class NominalGait:
@@ -42,6 +45,15 @@ class NominalGait:
     def growth(self) -> float:
         """G = tau_nom = e^(omega T_nom), the growth of the DCM over one step."""
         return math.exp(self.omega * self.step_duration)
+
+    @property
+    def swing_speed(self) -> float:
+        """Largest speed of the swing foot on its smooth way from foothold to foothold [m/s].
+
+        The hips of two steps cancel, so the foot goes as far as the body in that time.
+        """
+        stride = 2.0 * math.hypot(self.step_length, self.lateral_step)
+        return QUINTIC_PEAK * stride / self.step_duration
 
     def step(self, support_side: Side) -> tuple[float, float]:
         """Step vector (X_nom, Y_nom + s hip) in the given support, Eqs. (15)-(16) [m]."""

@@ -1,4 +1,4 @@
-"""What a robot can do at most, in numbers: speeds and viable DCM offsets."""
+"""What a robot can do at most, in numbers: speeds, viable DCM offsets, and pushes."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from surefoot.models.footsteps import Side
 from surefoot.models.robot import Robot
 from surefoot.models.viability import viable_offsets
 from surefoot.planning.nominal_gait import largest_speed
+from surefoot.viewers.push_limits import print_push_limits
 
 _DIRECTIONS = {
     "forward": (1.0, 0.0),
@@ -46,7 +47,7 @@ def limits_summary(robot: Robot) -> dict[str, Any]:
 
 
 def print_limits(limits: dict[str, Any], console: Console) -> None:
-    """The limits as a table."""
+    """The limits as a table; those of pushes, if there are any, as further ones."""
     console.print(f"[bold]{limits['robot']}[/]: omega = {limits['omega']:.4f} 1/s")
     table = Table(box=None, pad_edge=False, header_style="bold")
     table.add_column("limit")
@@ -63,3 +64,5 @@ def print_limits(limits: dict[str, Any], console: Console) -> None:
         "lands (the right foot's are mirrored); outside, no sequence of steps saves the robot, "
         "however fast its leg."
     )
+    if "push_limit" in limits:
+        print_push_limits(limits["push_limit"], console)

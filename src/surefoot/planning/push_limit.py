@@ -1,0 +1,218 @@
+"""The largest push that any policy can survive which learns of it when it starts.
+
+A force F for a time D moves the DCM by F / (m omega^2) (1 - e^(-omega D)) in displacement of its
+onset, whatever the feet do meanwhile. So no policy, however clever, survives more than
+
+    J = F D = D m omega^2 / (1 - e^(-omega D)) (Z_up(foot, t) + c - o),
+
+where o is the DCM offset along the push at its onset, c how far the ZMP can move, and Z_up what the
+step under way and all later ones are worth (`models.viable_displacement`). The policy that steps as
+Z says survives all below. Own derivation.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from surefoot.checks import check_number, check_pair
+from surefoot.errors import ParameterError, VelocityError
+from surefoot.models.footsteps import Side
+from surefoot.models.robot import Robot
+from surefoot.models.viable_displacement import viable_displacement
+from surefoot.planning.nominal_gait import NominalGait, nominal_gait
+from surefoot.planning.swing_foot import quintic
+
+_ROUNDING = 1e-9
+
+
+@dataclass(frozen=True)
+class ImpulseLimit:
+    """The largest impulse that can be survived in one direction.
+
+    Attributes:
+        direction: unit vector of the push (x, y).
+        impulse: no policy survives more [N s]; 0 if not even the gait itself can be kept.
+        delta_v: impulse / mass [m/s].
+        exact: whether it is attained on the axis of the push, which then is the only one that
+            counts. Elsewhere each axis would have to land at its own best time, and the limit is an
+            upper bound.
+    """
+
+    direction: tuple[float, float]
+    impulse: float
+    delta_v: float
+    exact: bool
+
+
+def push_limit(
+    robot: Robot,
+    direction: tuple[float, float],
+    *,
+    velocity: tuple[float, float] = (0.5, 0.0),
+    elapsed: float = 0.1,
+    duration: float = 0.2,
+    support_side: Side = Side.RIGHT,
+    zmp_reach: tuple[float, float] = (0.0, 0.0),
+    step_duration: float | None = None,
+) -> ImpulseLimit:
+    """The largest impulse that ANY policy can survive which learns of the push when it starts.
+
+    The push acts on the nominal gait: DCM and swing foot are where that has them at `elapsed`. The
+    limit is exact along the axes, as far as the other axis can follow the same landings. In other
+    directions it is the least of the axes' limits, each divided by the component of the direction:
+    a valid upper bound, which landings that serve both axes may not quite reach.
+
+    Args:
+        robot: mass, height, gait limits, and the speed limit of its swing foot.
+        direction: of the push (x, y) in the world, of any length but zero.
+        velocity: at which it walks [m/s].
+        elapsed: time from the touchdown to the push [s].
+        duration: how long the push lasts [s].
+        support_side: foot on the ground when the push starts.
+        zmp_reach: how far the ZMP can move from the centre of the foot: (0, 0) for a point foot,
+            `robot.foot.half` for the whole sole (x, y) [m].
+        step_duration: T_nom of the gait, chosen from the velocity if None [s].
+
+    Returns:
+        The limit.
+
+    Raises:
+        ParameterError: a direction of no length, a time outside the step, a negative reach.
+        VelocityError: the velocity cannot be walked, or the leg is too slow for the smooth swing of
+            its gait: then nobody knows where the foot is when the push comes.
+        RobotError: the leg is too slow to step at all.
+    """
+    unit = unit_direction(direction)
+    check_number("duration", duration, 0.0, "s", above=True)
+    check_pair("zmp_reach", zmp_reach, 0.0, "m")
+    gait = nominal_gait(robot, velocity, step_duration)
+    check_number("elapsed", elapsed, 0.0, "s")
+    if elapsed > gait.step_duration:
+        raise ParameterError(
+            f"`elapsed` inside the step, at most {gait.step_duration:.4g} [s]",
+            repr(elapsed),
+            "count from the touchdown that began the step under way",
+        )
+    check_leg(robot, gait)
+    tables = viable_displacement(robot)
+    offset, foot = gait_in_step(gait, Side(support_side), elapsed)
+    room = math.inf
+    for axis in range(2):
+        if unit[axis] != 0.0:
+            sign = _towards_swing_foot(unit, axis, Side(support_side))
+            worth = tables.in_step(axis, sign, foot[axis], elapsed) + zmp_reach[axis]
+            room = min(room, (worth - sign * offset[axis]) / abs(unit[axis]))
+    impulse = max(impulse_per_offset(robot, duration) * room, 0.0)
+    return ImpulseLimit(unit, impulse, impulse / robot.mass, 0.0 in unit)
+
+
+def check_leg(robot: Robot, gait: NominalGait) -> None:
+    """Refuse a leg that cannot swing as smoothly as the gait wants it to.
+
+    Raises:
+        VelocityError: the leg is too slow.
+    """
+    if gait.swing_speed > robot.swing.max_speed * (1.0 + _ROUNDING):
+        speed = math.hypot(*gait.velocity) * robot.swing.max_speed / gait.swing_speed
+        raise VelocityError(
+            f"a leg of at least {gait.swing_speed:.4g} m/s for the swing of a gait at "
+            f"{gait.velocity}",
+            f"`max_speed` {robot.swing.max_speed} m/s",
+            f"walk at less than about {speed:.2g} m/s, or give a faster leg",
+        )
+
+
+def fixed_steps_limit(
+    robot: Robot, direction: tuple[float, float], *, duration: float = 0.2
+) -> ImpulseLimit:
+    """The largest impulse that can be survived by the ZMP alone, with every step as planned.
+
+    With the steps fixed, the error of the DCM grows away from the ZMP as an offset does, and no
+    further than half a foot can be caught: J = D m omega^2 / (1 - e^(-omega D)) c, at any velocity
+    and any time. The axes do not touch each other, so this limit is exact in all directions.
+
+    Args:
+        robot: mass, height and foot.
+        direction: of the push (x, y), of any length but zero.
+        duration: how long the push lasts [s].
+
+    Returns:
+        The limit.
+
+    Raises:
+        ParameterError: a direction of no length, or a duration that is not positive.
+    """
+    unit = unit_direction(direction)
+    check_number("duration", duration, 0.0, "s", above=True)
+    room = min(
+        half / abs(part) for half, part in zip(robot.foot.half, unit, strict=True) if part != 0.0
+    )
+    impulse = impulse_per_offset(robot, duration) * room
+    return ImpulseLimit(unit, impulse, impulse / robot.mass, True)
+
+
+def axis_directions(support_side: Side) -> dict[str, tuple[float, float]]:
+    """The four directions along the axes: forward, back, outward, inward.
+
+    Outward is towards the swing foot, inward over the support foot to the other side.
+    """
+    outward = float(support_side)
+    return {
+        "forward": (1.0, 0.0),
+        "back": (-1.0, 0.0),
+        "outward": (0.0, outward),
+        "inward": (0.0, -outward),
+    }
+
+
+def impulse_per_offset(robot: Robot, duration: float) -> float:
+    """D m omega^2 / (1 - e^(-omega D)): the impulse that a metre of DCM offset can take [N s/m]."""
+    return duration * robot.mass * robot.omega**2 / -math.expm1(-robot.omega * duration)
+
+
+def gait_in_step(
+    gait: NominalGait, support_side: Side, elapsed: float
+) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Where the nominal gait has DCM and swing foot, relative to the support foot.
+
+    Args:
+        gait: the nominal gait.
+        support_side: foot on the ground.
+        elapsed: t, time since touchdown [s].
+
+    Returns:
+        DCM offset and swing foot, each as x forward and y towards the swing foot [m].
+    """
+    growth = math.exp(gait.omega * elapsed)
+    offset_x, offset_y = gait.start_offset(support_side)
+    behind, ahead = gait.step(support_side.other), gait.step(support_side)
+    foot_x, foot_y = (
+        quintic(-start, 0.0, 0.0, end, 0.0, gait.step_duration, elapsed)[0]
+        for start, end in zip(behind, ahead, strict=True)
+    )
+    return (
+        (growth * offset_x, support_side * growth * offset_y),
+        (foot_x, support_side * foot_y),
+    )
+
+
+def unit_direction(direction: tuple[float, float]) -> tuple[float, float]:
+    """The direction at length 1.
+
+    Raises:
+        ParameterError: it is no pair of numbers, or has no length.
+    """
+    check_pair("direction", direction, -math.inf, "-")
+    length = math.hypot(*direction)
+    if length == 0.0:
+        raise ParameterError(
+            "a direction (x, y) of some length", repr(direction), "write (1.0, 0.0) for forward"
+        )
+    return direction[0] / length, direction[1] / length
+
+
+def _towards_swing_foot(unit: tuple[float, float], axis: int, support_side: Side) -> int:
+    """+1 or -1: the sign of a push in the axes of `gait_in_step`."""
+    along = 1 if unit[axis] > 0.0 else -1
+    return along if axis == 0 else along * int(support_side)

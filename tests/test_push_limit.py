@@ -1,0 +1,280 @@
+"""The largest push that any policy survives: laws, a second computation, and golden numbers.
+
+The golden numbers are of an independent prototype: 70 kg, hip 0.2 m, 0.5 m/s with steps of 0.5 s,
+pushed for 0.2 s. Its swing foot moved evenly, not along a quintic, so forward and back are compared
+at touchdown only, where the paths agree.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from msgspec import structs
+
+import surefoot as sf
+from surefoot.models.viable_displacement import NODES, viable_displacement
+from surefoot.planning.push_limit import axis_directions, fixed_steps_limit, gait_in_step
+from surefoot.studies.limit_grid import grid_limits, largest_disagreement
+
+PHASES = (0.0, 0.1, 0.2, 0.3, 0.4)
+WAYS = axis_directions(sf.Side.RIGHT)
+
+
+def with_leg(robot: sf.Robot, speed: float) -> sf.Robot:
+    return robot.replace(swing=structs.replace(robot.swing, max_speed=speed))
+
+
+def with_steps(robot: sf.Robot, hip: float, step_y: tuple[float, float]) -> sf.Robot:
+    return robot.replace(hip=hip, gait=structs.replace(robot.gait, step_y=step_y))
+
+
+def impulses(robot: sf.Robot, **options) -> list[float]:
+    return [sf.push_limit(robot, way, **options).impulse for way in WAYS.values()]
+
+
+def test_an_unlimited_leg(robot_70kg: sf.Robot) -> None:
+    half = robot_70kg.foot.half
+    assert impulses(robot_70kg) == pytest.approx([213, 264, 145, 93], abs=0.5)
+    assert impulses(robot_70kg, zmp_reach=half) == pytest.approx([247, 298, 164, 112], abs=0.5)
+    fixed = [fixed_steps_limit(robot_70kg, way).impulse for way in WAYS.values()]
+    assert fixed == pytest.approx([34, 34, 19, 19], abs=0.5)
+
+
+@pytest.mark.parametrize(
+    ("way", "point", "sole"),
+    [
+        ("outward", (102, 145, 139, 131, 118), (121, 164, 158, 149, 137)),
+        ("inward", (66, 93, 109, 118, 130), (85, 112, 128, 136, 149)),
+        ("forward", (89,), (123,)),
+        ("back", (142,), (176,)),
+    ],
+)
+def test_a_leg_of_3_m_per_s(robot_70kg: sf.Robot, way: str, point, sole) -> None:
+    slow = with_leg(robot_70kg, 3.0)
+    for reach, golden in (((0.0, 0.0), point), (robot_70kg.foot.half, sole)):
+        found = [
+            sf.push_limit(slow, WAYS[way], elapsed=elapsed, zmp_reach=reach).impulse
+            for elapsed in PHASES[: len(golden)]
+        ]
+        assert found == pytest.approx(golden, abs=0.55)
+
+
+def test_the_displacement_after_a_step(robot: sf.Robot) -> None:
+    tables = viable_displacement(with_leg(robot, 3.0))
+    found = [tables.after_step(0, 1, step) for step in (0.0, 0.25, 0.5)]
+    assert found == pytest.approx([0.3645, 0.3123, 0.2343], abs=5e-5)
+
+
+@pytest.mark.parametrize("hip", [0.01, 0.1, 0.2])
+@pytest.mark.parametrize("step_y", [(-0.2, 0.3), (-0.02, 0.05), (0.0, 0.01), (-0.1, 0.0)])
+def test_without_a_limited_leg_the_tables_are_the_viable_offsets(
+    robot: sf.Robot, hip: float, step_y: tuple[float, float]
+) -> None:
+    narrow = with_steps(robot, hip, step_y)
+    tables, viable = viable_displacement(narrow), sf.viable_offsets(narrow, sf.Side.LEFT)
+    for axis in range(2):
+        for step in tables.low[axis] + tables.spacing[axis] * np.array([0, 17, 33.3, NODES - 1]):
+            found = -tables.after_step(axis, -1, step), tables.after_step(axis, 1, step)
+            assert found == pytest.approx((viable.lower[axis], viable.upper[axis]), abs=1e-9)
+
+
+@pytest.mark.parametrize("speed", [1.0, 3.0, 6.0])
+@pytest.mark.parametrize("step_y", [(-0.2, 0.3), (-0.02, 0.05)])
+def test_the_tables_satisfy_their_equation(robot: sf.Robot, speed: float, step_y) -> None:
+    """By brute force over landings and landing times, from some nodes."""
+    slow = with_leg(with_steps(robot, 0.2, step_y), speed)
+    tables = viable_displacement(slow)
+    shortest, longest = robot.gait.step_duration
+    times = np.linspace(shortest, longest, 601)[:, np.newaxis]
+    for axis, (k, sign) in itertools.product(range(2), enumerate((1.0, -1.0))):
+        nodes = tables.low[axis] + tables.spacing[axis] * np.arange(NODES)
+        landings = np.linspace(nodes[0], nodes[-1], 1001)
+        after = np.interp(landings, nodes, tables.values[axis, k if axis == 0 else 1 - k])
+        for node in (0, 30, 61, 100):
+            foot = -nodes[node] if axis == 0 else nodes[node]
+            worth = np.exp(-slow.omega * times) * (sign * landings + after)
+            worth[np.abs(landings - foot) > speed * times + 1e-9] = -np.inf
+            assert tables.values[axis, k, node] == pytest.approx(worth.max(), abs=6e-4)
+            assert tables.values[axis, k, node] >= worth.max() - 1e-9
+
+
+@pytest.mark.parametrize(("axis", "sign"), [(0, 1), (0, -1), (1, 1), (1, -1)])
+def test_the_limit_in_a_step_satisfies_its_equation(robot: sf.Robot, axis: int, sign: int) -> None:
+    """Wait a little: the foot moves on at most V h, and what is worth Z then is e^(-omega h) Z."""
+    tables, wait = viable_displacement(with_leg(robot, 3.0)), 0.01
+    for foot, elapsed in itertools.product((-0.2, 0.0, 0.15, 0.3), (0.0, 0.05, 0.19, 0.25, 0.5)):
+        if axis == 1 and foot < tables.low[1]:
+            continue
+        now = tables.in_step(axis, sign, foot, elapsed)
+        moves = np.linspace(-3.0 * wait, 3.0 * wait, 61)
+        later = max(
+            math.exp(-robot.omega * wait) * tables.in_step(axis, sign, foot + move, elapsed + wait)
+            for move in moves
+        )
+        if elapsed + wait <= robot.gait.step_duration[0]:
+            assert now == pytest.approx(later, abs=1e-9)
+        else:
+            # It may be better to land first, even here and now.
+            after = tables.after_step(axis, sign if axis == 0 else -sign, foot)
+            assert now >= max(later, sign * foot + after) - 1e-9
+
+
+@pytest.mark.parametrize("speed", [2.0, 6.0, math.inf])
+@pytest.mark.parametrize("sole", [False, True])
+def test_a_grid_agrees(robot: sf.Robot, speed: float, sole: bool) -> None:
+    slow, reach = with_leg(robot, speed), robot.foot.half if sole else (0.0, 0.0)
+    grid = grid_limits(slow, PHASES, zmp_reach=reach, time_step=0.004, intervals=100)
+    for name, way in WAYS.items():
+        found = [
+            sf.push_limit(slow, way, elapsed=elapsed, zmp_reach=reach).impulse for elapsed in PHASES
+        ]
+        assert found == pytest.approx(grid[name], rel=0.01)
+
+
+def test_a_grid_agrees_where_waiting_is_best(robot: sf.Robot) -> None:
+    """A narrow lateral range, and a step box that is not the same forward and back."""
+    limits = structs.replace(robot.gait, step_x=(-0.3, 0.5), step_y=(-0.02, 0.05))
+    narrow = with_leg(robot.replace(gait=limits), 3.0)
+    assert viable_displacement(narrow).after_step(1, -1, 0.2) < 0.0
+    found = largest_disagreement([narrow], (0.05, 0.2), velocity=(0.3, 0.01), duration=0.1)
+    assert found.fraction < 0.01
+
+
+@pytest.mark.parametrize("leg_speed", [2.0, math.inf])
+@pytest.mark.parametrize("velocity", [(0.0, 0.0), (-0.3, 0.0), (0.1, 0.2)])
+@pytest.mark.parametrize("name", ["forward", "back", "outward", "inward"])
+def test_step_timing_stays_below_the_limit_of_a_point_foot(name, velocity, leg_speed) -> None:
+    """Its ZMP rests, so it is bound by the point foot; at any velocity, on any leg."""
+    robot = sf.load_robot("paper-biped").replace(swing=sf.Swing(max_speed=leg_speed))
+    controller = sf.StepTiming(robot, velocity)
+    direction = axis_directions(sf.Side.RIGHT)[name]
+    duration = controller.gait.step_duration
+    limit = sf.push_limit(robot, direction, velocity=velocity, elapsed=0.25 * duration).impulse
+    failing = sf.smallest_failing_push(controller, direction, start=2.25 * duration).impulse
+    assert 0.3 * limit < failing - 1.0 <= limit + 1e-9
+
+
+def test_a_gait_that_the_leg_cannot_swing_has_no_limit() -> None:
+    slow = sf.load_robot("paper-biped").replace(swing=sf.Swing(max_speed=1.5))
+    with pytest.raises(sf.VelocityError, match=r"at least 1\.875 m/s .* less than about 0\.4 m/s"):
+        sf.push_limit(slow, (1.0, 0.0))
+    assert sf.push_limit(slow, (1.0, 0.0), velocity=(0.3, 0.0)).impulse > 0.0
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_nobody_passes_the_limit(robot_70kg: sf.Robot, way: str) -> None:
+    controller = sf.HybridController(
+        robot_70kg, (0.5, 0.0), threshold=0.0, offset_weight=(1000.0, 1000.0)
+    )
+    limit = sf.push_limit(robot_70kg, WAYS[way]).impulse
+    survived = sf.smallest_failing_push(controller, WAYS[way]).impulse - 1.0
+    assert survived <= limit
+    assert survived >= (0.98 if way == "forward" else 0.85) * limit
+
+
+@pytest.mark.parametrize("direction", [(1.0, 0.0), (0.0, 1.0), (-0.6, 0.8), (0.3, -0.2)])
+def test_left_mirrors_right(robot: sf.Robot, direction: tuple[float, float]) -> None:
+    slow, (x, y) = with_leg(robot, 3.0), direction
+    right = sf.push_limit(slow, (x, y), velocity=(0.4, 0.1), support_side=sf.Side.RIGHT)
+    left = sf.push_limit(slow, (x, -y), velocity=(0.4, -0.1), support_side=sf.Side.LEFT)
+    assert left.impulse == pytest.approx(right.impulse, rel=1e-12)
+
+
+def test_walking_backwards_mirrors_walking_forwards(robot: sf.Robot) -> None:
+    slow = with_leg(robot, 3.0)
+    ahead = sf.push_limit(slow, (1.0, 0.0), velocity=(0.5, 0.0))
+    behind = sf.push_limit(slow, (-1.0, 0.0), velocity=(-0.5, 0.0))
+    assert behind.impulse == pytest.approx(ahead.impulse, rel=1e-9)
+
+
+def test_a_faster_leg_and_a_larger_foot_survive_more(robot: sf.Robot) -> None:
+    speeds = (2.0, 2.5, 3.0, 4.0, 6.0, 10.0, math.inf)
+    table = np.array([impulses(with_leg(robot, speed), elapsed=0.2) for speed in speeds])
+    assert (np.diff(table, axis=0) >= -1e-9).all()
+    assert (table[-1] > 1.2 * table[0]).all()
+    reaches = [(0.0, 0.0), (0.05, 0.02), (0.1, 0.055)]
+    table = np.array([impulses(robot, zmp_reach=reach) for reach in reaches])
+    assert (np.diff(table, axis=0) > 0.0).all()
+
+
+def test_the_mass_cancels(robot: sf.Robot) -> None:
+    light, heavy = (
+        sf.push_limit(with_leg(robot.replace(mass=mass), 3.0), (0.0, 1.0)) for mass in (35.0, 140.0)
+    )
+    assert light.delta_v == pytest.approx(heavy.delta_v, rel=1e-12)
+    assert heavy.impulse == pytest.approx(4.0 * light.impulse)
+    assert heavy.delta_v == pytest.approx(heavy.impulse / 140.0)
+
+
+def test_a_diagonal_has_the_least_of_both_axes(robot: sf.Robot) -> None:
+    forward, outward = (sf.push_limit(robot, way) for way in ((1.0, 0.0), (0.0, 1.0)))
+    diagonal = sf.push_limit(robot, (3.0, 4.0))
+    assert diagonal.direction == pytest.approx((0.6, 0.8))
+    assert diagonal.impulse == pytest.approx(min(forward.impulse / 0.6, outward.impulse / 0.8))
+    assert forward.exact
+    assert not diagonal.exact
+    fixed = fixed_steps_limit(robot, (3.0, 4.0))
+    sideways = fixed_steps_limit(robot, (0.0, 1.0))
+    assert fixed.impulse == pytest.approx(sideways.impulse / 0.8)
+
+
+@pytest.mark.parametrize("velocity", [(0.5, 0.0), (0.3, 0.1), (-0.2, -0.05)])
+def test_it_starts_where_a_walk_is(robot: sf.Robot, velocity: tuple[float, float]) -> None:
+    controller = sf.HybridController(robot, velocity)
+    walk = sf.simulate(controller, 1.5)
+    for step, elapsed in ((1, 0.1), (2, 0.3)):
+        side, start = walk.footsteps[step].side, walk.footsteps[step].start
+        row = int(np.argmin(np.abs(walk.time - (start + elapsed))))
+        offset, foot = gait_in_step(controller.gait, side, float(walk.time[row] - start))
+        support = np.array(walk.footsteps[step].support_foot)
+        dcm = walk.dcm[row] - support
+        swing = walk.swing_foot[row, :2] - support
+        assert (dcm[0], side * dcm[1]) == pytest.approx(offset, abs=1e-6)
+        assert (swing[0], side * swing[1]) == pytest.approx(foot, abs=1e-6)
+
+
+def test_the_fastest_gait_has_nothing_left_for_a_push(robot: sf.Robot) -> None:
+    fastest = sf.largest_speed(robot, (1.0, 0.0))
+    limit = sf.push_limit(robot, (1.0, 0.0), velocity=(fastest, 0.0), elapsed=0.18)
+    assert (limit.impulse, limit.delta_v) == pytest.approx((0.0, 0.0), abs=1e-9)
+    slower = sf.push_limit(robot, (1.0, 0.0), velocity=(0.96 * fastest, 0.0), elapsed=0.18)
+    assert slower.impulse > 10.0
+
+
+def test_the_disagreement_is_told_with_its_case(robot: sf.Robot) -> None:
+    found = largest_disagreement([robot], (0.1,))
+    limit = sf.push_limit(
+        robot, WAYS[found.direction], zmp_reach=robot.foot.half if found.finite_foot else (0.0, 0.0)
+    )
+    assert found.impulse == limit.impulse
+    larger = max(found.impulse, found.grid_impulse)
+    assert found.fraction == pytest.approx(abs(found.impulse - found.grid_impulse) / larger)
+    assert found.as_numbers()["leg_speed"] is None
+    assert replace(found, leg_speed=3.0).as_numbers()["leg_speed"] == 3.0
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"direction": (0.0, 0.0)}, "some length"),
+        ({"direction": 1.0}, "`direction` as a pair"),
+        ({"elapsed": -0.1}, "`elapsed` of at least 0"),
+        ({"elapsed": 0.6}, "inside the step, at most 0.5"),
+        ({"duration": 0.0}, "`duration` above 0"),
+        ({"zmp_reach": (-0.1, 0.0)}, "`zmp_reach` of at least 0"),
+        ({"step_duration": 5.0}, "a step duration in"),
+    ],
+)
+def test_what_is_wrong_is_told(robot: sf.Robot, options: dict, words: str) -> None:
+    with pytest.raises(sf.ParameterError, match=words):
+        sf.push_limit(robot, **{"direction": (1.0, 0.0), **options})
+
+
+def test_a_leg_that_cannot_step_is_told(robot: sf.Robot) -> None:
+    lame = robot.replace(gait=structs.replace(robot.gait, step_x=(-0.1, 0.5)))
+    with pytest.raises(sf.RobotError, match=r"`max_speed` of the swing of at least 0\.5"):
+        sf.push_limit(with_leg(lame, 0.4), (1.0, 0.0), velocity=(0.05, 0.0))
