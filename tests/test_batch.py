@@ -1,10 +1,13 @@
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 import pytest
 
 import surefoot as sf
 from surefoot.simulation.batch import simulate_batch
+from surefoot.simulation.landings import pushed_landings
 
 ROBOT = sf.load_robot("paper-biped")
 PUSHES = [[sf.Push(1.1, 0.2, (force, 0.3 * force))] for force in np.linspace(-1500.0, 1500.0, 23)]
@@ -14,6 +17,17 @@ CONTROLLERS = {
     "hybrid": sf.HybridController(ROBOT, (0.5, 0.0)),
     "hybrid-adapting": sf.HybridController(ROBOT, (0.2, -0.1), threshold=0.0),
 }
+
+
+@dataclass(frozen=True)
+class InPython:
+    """A compiled controller that hides its kernel."""
+
+    inner: sf.HybridController
+    kernel: None = None
+
+    def __getattr__(self, name: str):
+        return getattr(self.inner, name)
 
 
 @pytest.mark.parametrize("name", CONTROLLERS)
@@ -51,13 +65,22 @@ def test_stopping_early_does_not_change_the_verdict() -> None:
 
 
 def test_what_cannot_run_in_a_batch() -> None:
-    places = [(sf.Side.LEFT, 0.1, 0.0), (sf.Side.RIGHT, -0.1, 0.0), (sf.Side.LEFT, 0.1, 0.5)]
-    alone = sf.FootholdTracking(ROBOT, [sf.Foothold(s, 0.0, y, 0.0, t) for s, y, t in places])
-    with pytest.raises(sf.ParameterError, match="compiled kernel; got FootholdTracking"):
-        simulate_batch(alone, PUSHES, 1.0)
+    alone = InPython(CONTROLLERS["hybrid"])
+    with pytest.raises(sf.ParameterError, match="compiled kernel; got InPython"):
+        pushed_landings(alone, [sf.Push(0.1, 0.2, (50.0, 0.0))])
     with pytest.raises(sf.ParameterError, match="same number of pushes"):
         simulate_batch(CONTROLLERS["hybrid"], [[], PUSHES[0]], 1.0)
 
 
 def test_no_walks_no_results() -> None:
     assert len(simulate_batch(CONTROLLERS["hybrid"], [], 1.0)) == 0
+
+
+def test_walks_in_python_are_the_compiled_walks_to_the_bit() -> None:
+    """One rule for both, and the fork at the push changes nothing."""
+    controller = sf.HybridController(ROBOT, (0.5, 0.0))
+    pushes = [[sf.Push(1.1, 0.2, (force, 20.0))] for force in (0.0, 100.0, 700.0, 1400.0)]
+    compiled = simulate_batch(controller, pushes, 6.0)
+    walked = simulate_batch(InPython(controller), pushes, 6.0)
+    assert compiled.tobytes() == walked.tobytes()
+    assert compiled["fallen"].tolist() == [False, False, False, True]

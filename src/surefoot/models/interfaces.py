@@ -29,6 +29,8 @@ OBSERVATION = np.dtype(
         ("swing_foot_velocity", "f8", (3,)),
         ("support_yaw", "f8"),
         ("swing_yaw", "f8"),
+        ("trunk_lean", "f8", (2,)),
+        ("trunk_lean_velocity", "f8", (2,)),
         ("support_side", "i8"),
     ],
 )
@@ -44,6 +46,7 @@ COMMAND = np.dtype(
         ("swing_foot_velocity", "f8", (3,)),
         ("swing_foot_acceleration", "f8", (3,)),
         ("swing_yaw", "f8"),
+        ("hip_torque", "f8", (2,)),
         ("double_support", "i8"),
         ("mode", "i8"),
         ("status", "i8"),
@@ -76,6 +79,8 @@ class Status(IntFlag):
     """The ZMP that tracking asks for lies outside the foot and was projected into it."""
     HELD = 32
     """The observation holds a NaN or an infinity: the last safe command is repeated."""
+    NOT_CONVERGED = 64
+    """A numerical solver gave no answer in time: see the controller for what it does instead."""
 
 
 class Observation(Record):
@@ -93,6 +98,8 @@ class Observation(Record):
         swing_foot_velocity: its velocity [m/s].
         support_yaw: heading of the sole on the ground, counter-clockwise from x [rad].
         swing_yaw: heading of the other sole [rad].
+        trunk_lean: how far the trunk leans towards x and y [rad].
+        trunk_lean_velocity: and how fast [rad/s].
     """
 
     __slots__ = ()
@@ -107,6 +114,8 @@ class Observation(Record):
     swing_foot_velocity: NDArray[np.float64]
     support_yaw: float
     swing_yaw: float
+    trunk_lean: NDArray[np.float64]
+    trunk_lean_velocity: NDArray[np.float64]
 
     @property
     def support_side(self) -> Side:
@@ -127,6 +136,8 @@ class Observation(Record):
         swing_foot_velocity: ArrayLike = (0.0, 0.0, 0.0),
         support_yaw: float = 0.0,
         swing_yaw: float = 0.0,
+        trunk_lean: ArrayLike = (0.0, 0.0),
+        trunk_lean_velocity: ArrayLike = (0.0, 0.0),
     ) -> None:
         fill(self, locals())
 
@@ -145,6 +156,7 @@ class Command(Record):
         swing_foot_velocity: likewise [m/s].
         swing_foot_acceleration: likewise [m/s^2].
         swing_yaw: heading of the swing foot, likewise [rad].
+        hip_torque: on the trunk, leaning it towards x and y; the CoM is pushed the other way [N m].
         double_support: 1 while the other foot is on the ground too and shares the load.
     """
 
@@ -159,6 +171,7 @@ class Command(Record):
     swing_foot_velocity: NDArray[np.float64]
     swing_foot_acceleration: NDArray[np.float64]
     swing_yaw: float
+    hip_torque: NDArray[np.float64]
     double_support: int
 
     @property

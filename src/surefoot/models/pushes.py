@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -14,6 +15,9 @@ from surefoot.errors import ParameterError
 
 PUSH = np.dtype([("start", "f8"), ("end", "f8"), ("force", "f8", (2,))])
 """One push as a record: start and end [s], force (x, y) [N]."""
+
+NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
+"""A number of a command, as a regular expression."""
 
 
 @dataclass(frozen=True)
@@ -66,6 +70,23 @@ class Push:
     def delta_v(self, mass: float) -> tuple[float, float]:
         """The robot-independent figure: impulse / mass (x, y) [m/s]."""
         return (self.impulse[0] / mass, self.impulse[1] / mass)
+
+
+def parse_push(text: str) -> Push:
+    """A push from FX,FY@START+DURATION in newtons and seconds.
+
+    Raises:
+        ParameterError: the text has another form, or a value that no push has.
+    """
+    match = re.fullmatch(rf"({NUMBER}),({NUMBER})@({NUMBER})\+({NUMBER}|inf)", text)
+    if match is None:
+        raise ParameterError(
+            "--push FX,FY@START+DURATION in newtons and seconds",
+            repr(text),
+            "write for example --push 176,0@1.1+0.2, without spaces",
+        )
+    x, y, start, duration = map(float, match.groups())
+    return Push(start, duration, (x, y))
 
 
 def push_records(pushes: Sequence[Push]) -> NDArray[np.void]:

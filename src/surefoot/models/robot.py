@@ -7,7 +7,7 @@ import math
 import tomllib
 from importlib import resources
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import msgspec
 
@@ -75,6 +75,25 @@ class Swing(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tru
             )
 
 
+class Trunk(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """The upper body as a flywheel at the hip, the same about both axes.
+
+    Attributes:
+        inertia: moment of inertia that the hip torque turns [kg m^2].
+        max_torque: limit of the hip torque [N m].
+        max_lean: where the trunk meets its stop, to either side [rad].
+    """
+
+    inertia: float
+    max_torque: float
+    max_lean: float
+
+    def __post_init__(self) -> None:
+        _check_positive(
+            "trunk", inertia=self.inertia, max_torque=self.max_torque, max_lean=self.max_lean
+        )
+
+
 class Robot(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     """A biped as the gait sees it.
 
@@ -87,6 +106,7 @@ class Robot(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tru
         foot: sole rectangle.
         gait: limits of a step.
         swing: motion of the foot in the air.
+        trunk: the flywheel of methods that use the hips; None for a trunk that stays upright.
         gravity: gravitational acceleration [m/s^2].
 
     Raises:
@@ -100,6 +120,7 @@ class Robot(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tru
     foot: Foot
     gait: GaitLimits
     swing: Swing = Swing()
+    trunk: Trunk | None = None
     gravity: float = STANDARD_GRAVITY
     description: str = ""
 
@@ -227,10 +248,10 @@ def _reject_unknown_keys(table: dict[str, Any], struct: type, origin: str, path:
                 f"unknown key `{where}` in {origin}",
                 f"did you mean `{path}{close[0]}`?" if close else "remove it",
             )
-        nested = fields[key]
-        if (
-            isinstance(value, dict)
-            and isinstance(nested, type)
-            and issubclass(nested, msgspec.Struct)
-        ):
-            _reject_unknown_keys(value, nested, origin, f"{where}.")
+        for nested in get_args(fields[key]) or (fields[key],):
+            if (
+                isinstance(value, dict)
+                and isinstance(nested, type)
+                and issubclass(nested, msgspec.Struct)
+            ):
+                _reject_unknown_keys(value, nested, origin, f"{where}.")

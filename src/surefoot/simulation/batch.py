@@ -24,7 +24,9 @@ from surefoot.models.footsteps import Side
 from surefoot.models.interfaces import OBSERVATION, Controller
 from surefoot.models.pushes import PUSH, Push
 from surefoot.simulation.lipm_simulator import LipmSimulator, lipm_cycle
-from surefoot.simulation.outcome import MONITOR, is_settled, watch
+from surefoot.simulation.outcome import MONITOR
+from surefoot.simulation.progress import new_progress, see
+from surefoot.simulation.python_walk import walk_in_python
 
 WALK_RESULT = np.dtype(
     [
@@ -39,28 +41,21 @@ WALK_RESULT = np.dtype(
 
 
 @njit
-def _walk(
-    kernel, parameters, states, simulator, world, velocity, pushes, quiet_time, duration, result
-):
-    """One closed loop until a fall, the end, or (after `quiet_time`) the nominal gait.
+def _walk(kernel, parameters, states, simulator, world, progress, pushes, result):
+    """One closed loop until a fall, the end, or (after the last push) the nominal gait.
 
     `states` and `world` are arrays of two records: now, and the next one; they swap each cycle.
     """
     monitor = np.zeros(1, MONITOR)[0]
-    now, cycles = 0, 0
+    now = 0
     while True:
         observation = world[now].observation
         kernel(parameters, states[now], observation, states[1 - now])
         command = states[1 - now].command
-        watch(monitor, observation, command)
-        cycles += 1
-        rested = observation.time > quiet_time and monitor.touchdown_time[2] > quiet_time
-        fallen = world[now].fallen != 0
-        ended = fallen or observation.time >= duration
-        settled = (ended or rested) and is_settled(monitor, velocity[0], velocity[1])
-        if ended or settled:
-            result.end_time, result.cycles = observation.time, cycles
-            result.fallen, result.settled = fallen, settled and not fallen
+        see(monitor, world[now], command, progress)
+        if progress.ended:
+            result.end_time, result.cycles = observation.time, progress.cycles
+            result.fallen, result.settled = progress.fallen, progress.settled
             result.final = observation
             return
         lipm_cycle(simulator, world[now], command, pushes, world[1 - now])
@@ -68,17 +63,13 @@ def _walk(
 
 
 @njit
-def _walk_range(
-    kernel, parameters, state, simulator, world, velocity, pushes, quiet, duration, results
-):
+def _walk_range(kernel, parameters, state, simulator, world, progress, pushes, results):
     """Walks with the rows of `pushes`, each from the same start."""
     states, worlds = np.empty(2, state.dtype), np.empty(2, world.dtype)
+    mine = np.empty(1, progress.dtype)
     for i in range(results.shape[0]):
-        states[0], worlds[0] = state[0], world[0]
-        _walk(
-            kernel, parameters[0], states, simulator[0], worlds, velocity, pushes[i],
-            quiet, duration, results[i],
-        )  # fmt: skip
+        states[:], worlds[0], mine[0] = state[0], world[0], progress[0]
+        _walk(kernel, parameters[0], states, simulator[0], worlds, mine[0], pushes[i], results[i])
 
 
 def kernel_pointer(controller: Controller, state: NDArray[np.void]) -> object:
@@ -115,7 +106,7 @@ def simulate_batch(
     """Many walks of one controller, one for each list of pushes.
 
     Args:
-        controller: what decides; it must have a compiled kernel.
+        controller: what decides. Without a compiled kernel its walks go one after the other.
         pushes: the pushes of each walk, the same number in all.
         duration: how long to walk at most [s].
         first_support: the foot that stands in the first step.
@@ -127,7 +118,7 @@ def simulate_batch(
         `WALK_RESULT` records, shape (len(pushes),).
 
     Raises:
-        ParameterError: the controller has no kernel, or the walks differ in their number of pushes.
+        ParameterError: the walks differ in their number of pushes.
     """
     if len({len(row) for row in pushes}) > 1:
         raise ParameterError(
@@ -140,17 +131,20 @@ def simulate_batch(
     table = np.array(rows, PUSH).reshape(len(pushes), width)
     last = max((push.end for row in pushes for push in row), default=0.0)
     quiet = last if stop_when_settled else math.inf
-    simulator = LipmSimulator(controller.robot, controller.period)
     observation = controller.first_observation(first_support)
-    state, world = controller.start(observation), simulator.start(observation)
-    velocity = np.array(controller.gait.velocity)
-    kernel = kernel_pointer(controller, state)
+    progress = new_progress(controller.gait.velocity, quiet, duration)
     results = np.zeros(len(pushes), WALK_RESULT)
+    if controller.kernel is None:
+        walk_in_python(controller, pushes, observation, progress, results)
+        return results
+    simulator = LipmSimulator(controller.robot, controller.period)
+    state, world = controller.start(observation), simulator.start(observation)
+    kernel = kernel_pointer(controller, state)
 
     def run(part: slice) -> None:
         _walk_range(
-            kernel, controller.parameters, state, simulator.parameters, world, velocity,
-            table[part], quiet, duration, results[part],
+            kernel, controller.parameters, state, simulator.parameters, world, progress,
+            table[part], results[part],
         )  # fmt: skip
 
     workers = workers or os.cpu_count() or 1

@@ -26,7 +26,7 @@ def _land_all(kernel, parameters, state, simulator, world, pushes, most_cycles, 
     """One step under each row of `pushes`, up to its touchdown."""
     states, worlds = np.empty(2, state.dtype), np.empty(2, world.dtype)
     for i in range(landings.shape[0]):
-        states[0], worlds[0] = state[0], world[0]
+        states[:], worlds[0] = state[0], world[0]
         now, adapted = 0, False
         for _ in range(most_cycles):
             kernel(parameters[0], states[now], worlds[now].observation, states[1 - now])

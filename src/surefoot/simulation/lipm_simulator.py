@@ -2,7 +2,8 @@
 
 A cycle ends after one control period, or at the exact instant of touchdown if that comes first;
 the control clock restarts there, so every step is sampled alike. Pushes begin and end at their
-exact instants inside a cycle.
+exact instants inside a cycle. A robot with a trunk has a flywheel at the hip, which a controller
+may turn: see `models.trunk`.
 """
 
 from __future__ import annotations
@@ -18,11 +19,12 @@ from numpy.typing import NDArray
 from surefoot.checks import check_number
 from surefoot.compiling import entry_point, njit
 from surefoot.models.interfaces import COMMAND, OBSERVATION, Command, Observation
-from surefoot.models.lipm import com_flow_by, pushed_pivot
+from surefoot.models.lipm import com_flow, com_flow_by, pushed_pivot
 from surefoot.models.plane import length
 from surefoot.models.pushes import PUSH, Push, force_until_change, push_records
 from surefoot.models.record import new_array
 from surefoot.models.robot import Robot
+from surefoot.models.trunk import trunk_flow
 
 FALL_DISTANCE = 1.5
 """A robot whose DCM is further from its support foot than this has fallen [m]."""
@@ -36,6 +38,10 @@ LIPM_PARAMETERS = np.dtype(
         ("mass", "f8"),
         ("period", "f8"),
         ("max_speed", "f8"),
+        ("com_height", "f8"),
+        ("inertia", "f8"),
+        ("max_torque", "f8"),
+        ("max_lean", "f8"),
     ],
 )
 
@@ -69,6 +75,55 @@ def _move_com(parameters, zmp, pushes, start, end, observation):
         time = until
     for i in range(2):
         observation.dcm[i] = observation.com[i] + observation.com_velocity[i] / omega
+
+
+@njit(forceinline=True)
+def _uses_trunk(parameters, command, observation) -> bool:
+    """Whether the trunk turns in this cycle; most methods leave it upright."""
+    if parameters.max_torque == 0.0:
+        return False
+    for i in range(2):
+        if command.hip_torque[i] != 0.0 or observation.trunk_lean_velocity[i] != 0.0:
+            return True
+    return False
+
+
+@njit
+def _move_com_and_trunk(parameters, command, pushes, start, end, observation):
+    """Like `_move_com` with a flywheel, which acts on the CoM until it meets its stop."""
+    for i in range(2):
+        limit = parameters.max_torque
+        torque = min(max(command.hip_torque[i], -limit), limit)
+        lean, speed, turning, momentum = trunk_flow(
+            observation.trunk_lean[i],
+            observation.trunk_lean_velocity[i],
+            torque,
+            parameters.inertia,
+            parameters.max_lean,
+            end - start,
+        )
+        observation.trunk_lean[i], observation.trunk_lean_velocity[i] = lean, speed
+        time, stop = start, start + turning
+        while time < end:
+            force_x, force_y, until = force_until_change(pushes, time, end)
+            force = force_x if i == 0 else force_y
+            if time < stop:
+                until = min(until, stop)
+                force -= torque / parameters.com_height
+            else:
+                blow = momentum / (parameters.mass * parameters.com_height)
+                observation.com_velocity[i] += blow
+                momentum = 0.0
+            pivot = pushed_pivot(command.zmp[i], force, parameters.mass, parameters.omega)
+            observation.com[i], observation.com_velocity[i] = com_flow(
+                observation.com[i],
+                observation.com_velocity[i],
+                pivot,
+                parameters.omega,
+                until - time,
+            )
+            time = until
+        observation.dcm[i] = observation.com[i] + observation.com_velocity[i] / parameters.omega
 
 
 @njit(forceinline=True)
@@ -130,7 +185,10 @@ def lipm_cycle(parameters, world, command, pushes, next_world):
     if touchdown:
         end = landing
     start_time, end_time = observation.time, world.step_start + end
-    _move_com(parameters, command.zmp, pushes, start_time, end_time, observation)
+    if _uses_trunk(parameters, command, observation):
+        _move_com_and_trunk(parameters, command, pushes, start_time, end_time, observation)
+    else:
+        _move_com(parameters, command.zmp, pushes, start_time, end_time, observation)
     _move_foot(parameters, command, end - elapsed, observation)
     observation.time, observation.elapsed = end_time, end
     next_world.cycle = world.cycle + 1
@@ -160,7 +218,7 @@ class LipmSimulator:
     """Moves the linear inverted pendulum under commands and pushes.
 
     Args:
-        robot: mass, height and leg speed of the plant; it may differ from the controller's.
+        robot: mass, height, leg speed and trunk of the plant; it may differ from the controller's.
         period: control period [s].
         pushes: forces on the CoM.
 
@@ -179,6 +237,11 @@ class LipmSimulator:
         parameters = new_array(LIPM_PARAMETERS)
         parameters["omega"], parameters["mass"] = self.robot.omega, self.robot.mass
         parameters["period"], parameters["max_speed"] = self.period, self.robot.swing.max_speed
+        parameters["com_height"] = self.robot.com_height
+        trunk = self.robot.trunk
+        if trunk is not None:
+            parameters["inertia"] = trunk.inertia
+            parameters["max_torque"], parameters["max_lean"] = trunk.max_torque, trunk.max_lean
         object.__setattr__(self, "pushes", tuple(self.pushes))
         object.__setattr__(self, "parameters", parameters)
         object.__setattr__(self, "push_array", push_records(self.pushes))
