@@ -11,14 +11,22 @@ from typing import TYPE_CHECKING, Any
 from surefoot import version
 
 if TYPE_CHECKING:
+    from surefoot.control.ankle_hip_step_mpc import AnkleHipStepMpc
+    from surefoot.control.capture_point import CapturePointStepping
     from surefoot.control.dcm_tracking import DcmTracking
+    from surefoot.control.foot_placement_mpc import FootPlacementMpc
     from surefoot.control.foothold_tracking import FootholdTracking
     from surefoot.control.hybrid import HybridController
+    from surefoot.control.linear_mpc import LinearMpc
+    from surefoot.control.preview_control import PreviewControl
+    from surefoot.control.step_timing import StepTiming
+    from surefoot.control.timing_nlp import TimingNlp
     from surefoot.errors import (
         FileError,
         MissingExtraError,
         ParameterError,
         RobotError,
+        StudyError,
         SurefootError,
         VelocityError,
     )
@@ -26,10 +34,11 @@ if TYPE_CHECKING:
     from surefoot.models.footsteps import Footstep, Side
     from surefoot.models.interfaces import Command, Controller, Mode, Observation, Status
     from surefoot.models.pushes import Push
-    from surefoot.models.robot import Robot, load_robot, preset_names
+    from surefoot.models.robot import Foot, Robot, Swing, Trunk, load_robot, preset_names
     from surefoot.models.viability import ViableOffsets, viable_offsets
     from surefoot.planning.nominal_gait import NominalGait, largest_speed, nominal_gait
     from surefoot.planning.optimality import KktResidual, kkt_residual
+    from surefoot.planning.push_limit import ImpulseLimit, fixed_steps_limit, push_limit
     from surefoot.planning.step_adaptation import solve_step
     from surefoot.planning.step_problem import StepProblem, StepSolution
     from surefoot.simulation.lipm_simulator import LipmSimulator
@@ -41,14 +50,22 @@ if TYPE_CHECKING:
 __version__ = version.VERSION
 
 _HOMES = {
+    "control.ankle_hip_step_mpc": ("AnkleHipStepMpc",),
+    "control.foot_placement_mpc": ("FootPlacementMpc",),
+    "control.linear_mpc": ("LinearMpc",),
+    "control.capture_point": ("CapturePointStepping",),
     "control.dcm_tracking": ("DcmTracking",),
     "control.foothold_tracking": ("FootholdTracking",),
     "control.hybrid": ("HybridController",),
+    "control.preview_control": ("PreviewControl",),
+    "control.step_timing": ("StepTiming",),
+    "control.timing_nlp": ("TimingNlp",),
     "errors": (
         "FileError",
         "MissingExtraError",
         "ParameterError",
         "RobotError",
+        "StudyError",
         "SurefootError",
         "VelocityError",
     ),
@@ -56,10 +73,11 @@ _HOMES = {
     "models.footsteps": ("Footstep", "Side"),
     "models.interfaces": ("Command", "Controller", "Mode", "Observation", "Status"),
     "models.pushes": ("Push",),
-    "models.robot": ("Robot", "load_robot", "preset_names"),
+    "models.robot": ("Foot", "Robot", "Swing", "Trunk", "load_robot", "preset_names"),
     "models.viability": ("ViableOffsets", "viable_offsets"),
     "planning.nominal_gait": ("NominalGait", "largest_speed", "nominal_gait"),
     "planning.optimality": ("KktResidual", "kkt_residual"),
+    "planning.push_limit": ("ImpulseLimit", "fixed_steps_limit", "push_limit"),
     "planning.step_adaptation": ("solve_step",),
     "planning.step_problem": ("StepProblem", "StepSolution"),
     "simulation.lipm_simulator": ("LipmSimulator",),
@@ -71,17 +89,23 @@ _HOMES = {
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
 
 __all__ = [
+    "AnkleHipStepMpc",
+    "CapturePointStepping",
     "Command",
     "Controller",
     "DcmTracking",
     "Fall",
     "FileError",
+    "Foot",
+    "FootPlacementMpc",
     "Foothold",
     "FootholdError",
     "FootholdTracking",
     "Footstep",
     "HybridController",
+    "ImpulseLimit",
     "KktResidual",
+    "LinearMpc",
     "LipmSimulator",
     "MissingExtraError",
     "Mode",
@@ -89,6 +113,7 @@ __all__ = [
     "Observation",
     "Outcome",
     "ParameterError",
+    "PreviewControl",
     "Push",
     "PushLimit",
     "Robot",
@@ -98,10 +123,16 @@ __all__ = [
     "Status",
     "StepProblem",
     "StepSolution",
+    "StepTiming",
+    "StudyError",
     "SurefootError",
+    "Swing",
+    "TimingNlp",
+    "Trunk",
     "VelocityError",
     "ViableOffsets",
     "__version__",
+    "fixed_steps_limit",
     "kkt_residual",
     "largest_speed",
     "load_footholds",
@@ -109,6 +140,7 @@ __all__ = [
     "load_rollout",
     "nominal_gait",
     "preset_names",
+    "push_limit",
     "simulate",
     "smallest_failing_push",
     "solve_step",

@@ -4,10 +4,31 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from importlib import import_module
 from pathlib import Path
 from tempfile import TemporaryFile
+from typing import Any
 
-from surefoot.errors import FileError, ParameterError
+from surefoot.errors import FileError, MissingExtraError, ParameterError
+
+
+def optional_module(name: str, purpose: str, extra: str) -> Any:
+    """Import a module that only an extra installs.
+
+    Args:
+        name: of the module, with dots if it is in a package.
+        purpose: what it is needed for, for the message.
+        extra: which extra of Surefoot installs it.
+
+    Raises:
+        MissingExtraError: it is not installed. An import that fails inside it is not hidden.
+    """
+    try:
+        return import_module(name)
+    except ModuleNotFoundError as error:
+        if error.name != name.partition(".")[0]:
+            raise
+        raise MissingExtraError(purpose, extra) from error
 
 
 def check_number(

@@ -36,6 +36,10 @@ class FileError(SurefootError, OSError):
     """A file cannot be written, or what it holds cannot be read."""
 
 
+class StudyError(SurefootError, RuntimeError):
+    """A study cannot go on; what it has measured is kept."""
+
+
 class MissingExtraError(SurefootError, ImportError):
     """An optional part of Surefoot is not installed."""
 

@@ -137,11 +137,11 @@ def tracking_parameters(
     return parameters
 
 
-def first_plan(gait: NominalGait, observation: Observation, state: NDArray[np.void]) -> None:
-    """Fill plan and command of a new state: on the nominal gait, standing where it is.
+def check_first(observation: Observation) -> None:
+    """Refuse a first observation with which no walk can begin.
 
     Raises:
-        ParameterError: the observation holds a NaN or an infinity, or no side.
+        ParameterError: it holds a NaN or an infinity, or no side.
     """
     if not is_usable(observation.array[0]):
         raise ParameterError(
@@ -149,6 +149,15 @@ def first_plan(gait: NominalGait, observation: Observation, state: NDArray[np.vo
             repr(observation),
             "wait for the estimator before starting the controller",
         )
+
+
+def first_plan(gait: NominalGait, observation: Observation, state: NDArray[np.void]) -> None:
+    """Fill plan and command of a new state: on the nominal gait, standing where it is.
+
+    Raises:
+        ParameterError: the observation holds a NaN or an infinity, or no side.
+    """
+    check_first(observation)
     side = observation.support_side
     plan, command = state["plan"][0], state["command"][0]
     plan["support_side"], plan["step_duration"] = side, gait.step_duration

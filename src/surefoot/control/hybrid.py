@@ -44,6 +44,7 @@ from surefoot.models.footsteps import Side
 from surefoot.models.interfaces import COMMAND, OBSERVATION, Command, Mode, Observation
 from surefoot.models.record import new_array
 from surefoot.models.robot import Robot
+from surefoot.planning.gait_problem import gait_problem
 from surefoot.planning.nominal_gait import NominalGait, nominal_gait
 from surefoot.planning.step_adaptation import solve_step_record
 from surefoot.planning.step_problem import (
@@ -128,7 +129,8 @@ def _hybrid_step(parameters, state, observation, next_state):
 
 
 @cache
-def _compiled() -> Callable[..., None]:
+def compiled_hybrid() -> Callable[..., None]:
+    """The cycle as it is called from Python, on arrays of one record."""
     return entry_point(_hybrid_step, HYBRID, HYBRID_STATE, OBSERVATION, HYBRID_STATE)
 
 
@@ -193,7 +195,7 @@ class HybridController:
         for side in Side:
             parameters["problem"][0, side_index.py_func(side)] = self.step_problem(side).array[0]
         object.__setattr__(self, "parameters", parameters)
-        _compiled()  # Now rather than in the first control cycle.
+        compiled_hybrid()  # Now rather than in the first control cycle.
 
     def step_problem(
         self,
@@ -203,29 +205,21 @@ class HybridController:
     ) -> StepProblem:
         """The step problem that this controller solves.
 
-        The offset bounds are the robot's, widened where needed so that they hold the nominal
-        offset: a fast gait must not be pulled away from itself.
+        The offset bounds are the robot's.
 
         Args:
             support_side: foot on the ground.
             growth: (A, B), the nominal gait if None [m].
             elapsed: t, time since touchdown [s].
         """
-        gait, limits = self.gait, self.robot.gait
-        d_nom = gait.dcm_offset(support_side)
-        step_min, step_max = limits.step_box(support_side, self.robot.hip)
-        omega = self.robot.omega
-        return StepProblem(
-            growth=gait.start_offset(support_side) if growth is None else growth,
-            nominal_step=gait.step(support_side),
-            nominal_tau=gait.growth,
-            nominal_offset=d_nom,
-            step_min=step_min,
-            step_max=step_max,
-            tau_min=math.exp(omega * max(limits.step_duration[0], elapsed)),
-            tau_max=math.exp(omega * limits.step_duration[1]),
-            offset_min=(min(-limits.dcm_offset[0], d_nom[0]), min(-limits.dcm_offset[1], d_nom[1])),
-            offset_max=(max(limits.dcm_offset[0], d_nom[0]), max(limits.dcm_offset[1], d_nom[1])),
+        bound_x, bound_y = self.robot.gait.dcm_offset
+        return gait_problem(
+            self.robot,
+            self.gait,
+            support_side,
+            ((-bound_x, -bound_y), (bound_x, bound_y)),
+            growth,
+            elapsed,
             step_weight=self.step_weight,
             tau_weight=self.tau_weight,
             offset_weight=self.offset_weight,
@@ -256,7 +250,7 @@ class HybridController:
     ) -> tuple[Command, NDArray[np.void]]:
         """One cycle: what to do now, and the state for the next cycle."""
         next_state = new_array(HYBRID_STATE)
-        _compiled()(self.parameters, state, observation.array, next_state)
+        compiled_hybrid()(self.parameters, state, observation.array, next_state)
         return Command.of(next_state["command"]), next_state
 
     def with_velocity(self, velocity: tuple[float, float]) -> Self:

@@ -1,0 +1,177 @@
+"""Ankle, hip and stepping strategies in one linear MPC at fixed timing ([Aftab2012]).
+
+The program of `foot_placement_mpc` with the hip torques of the horizon as further unknowns. They
+turn the trunk, a flywheel, and act on the CoM like a ZMP that is moved by torque / (m g), which the
+sole does not limit; but the trunk must not meet its stop, and has to come back upright.
+
+    minimise  sum of  velocity_weight |com_velocity - nominal|^2 + zmp_weight |zmp - foot|^2
+                    + step_weight |step - nominal|^2 + torque_weight |torque / (m g)|^2
+                    + lean_weight |lean|^2 + lean_rate_weight |lean rate|^2
+    subject to  |zmp - foot| <= half the sole,  steps in their boxes,  |torque| and |lean| limited
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from surefoot.checks import check_number
+from surefoot.control.foot_placement_mpc import placed_feet
+from surefoot.control.receding_horizon import (
+    Programs,
+    check_receding,
+    horizons,
+    receding_parameters,
+    receding_start,
+    receding_step,
+    samples_in,
+    steps_ahead,
+)
+from surefoot.errors import RobotError
+from surefoot.models.footsteps import Side
+from surefoot.models.interfaces import Command, Observation
+from surefoot.models.robot import Robot, Trunk
+from surefoot.planning.lipm_horizon import Horizon, lean_response, velocity_response
+from surefoot.planning.nominal_gait import NominalGait, nominal_gait
+
+
+@dataclass(frozen=True)
+class AnkleHipStepMpc:
+    """ZMP, hip torque and step locations, planned over several steps; the timing is as planned.
+
+    Args:
+        robot: whose gait it is; it must have a trunk.
+        velocity: commanded (v_x, v_y) [m/s].
+        samples: intervals of the horizon.
+        sample: their length; a step is divided evenly, into intervals close to it [s].
+        velocity_weight: on the deviation of the CoM velocity from the nominal gait [s^2/m^2].
+        zmp_weight: on the distance of the ZMP from the centre of the foot [1/m^2].
+        step_weight: on the deviation of a step vector from the nominal one [1/m^2].
+        torque_weight: on the distance by which the hip torque moves the ZMP in effect [1/m^2].
+        lean_weight: on the lean of the trunk [1/rad^2].
+        lean_rate_weight: on its rate [s^2/rad^2].
+        solve_period: how often the program is solved [s].
+        step_duration: T_nom, chosen from the velocity if None [s].
+        period: control period [s].
+
+    Raises:
+        RobotError: the robot has no trunk.
+        VelocityError: the velocity cannot be walked.
+        ParameterError: another argument is out of range.
+        MissingExtraError: DAQP is not installed.
+    """
+
+    robot: Robot
+    velocity: tuple[float, float]
+    samples: int = 16
+    sample: float = 0.1
+    velocity_weight: float = 1.0
+    zmp_weight: float = 1.0
+    step_weight: float = 1e-3
+    torque_weight: float = 1.0
+    lean_weight: float = 1e-2
+    lean_rate_weight: float = 1e-3
+    solve_period: float = 0.005
+    step_duration: float | None = None
+    period: float = 0.005
+    gait: NominalGait = field(init=False, repr=False)
+    parameters: NDArray[np.void] = field(init=False, repr=False, compare=False)
+    programs: Programs = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        check_receding(self.robot, self.period, self.solve_period, self.sample, self.samples)
+        for name, unit in (
+            ("velocity_weight", "s^2/m^2"), ("lean_weight", "1/rad^2"),
+            ("lean_rate_weight", "s^2/rad^2"),
+        ):  # fmt: skip
+            check_number(name, getattr(self, name), 0.0, unit)
+        for name in ("zmp_weight", "step_weight", "torque_weight"):
+            check_number(name, getattr(self, name), 0.0, "1/m^2", above=True)
+        trunk = self.robot.trunk
+        if trunk is None:
+            raise RobotError(
+                "a robot with a trunk to lean",
+                f"'{self.robot.name}' without one",
+                "add a table [trunk] with inertia, max_torque and max_lean to its file",
+            )
+        gait = nominal_gait(self.robot, self.velocity, self.step_duration)
+        object.__setattr__(self, "gait", gait)
+        object.__setattr__(self, "velocity", gait.velocity)
+        parameters = receding_parameters(
+            self.robot, gait, self.period, self.solve_period, self.sample, self.samples
+        )
+        parameters["steps"] = steps_ahead(gait, self.sample, self.samples)
+        weight = self.robot.mass * self.robot.gravity
+        parameters["torque_per_shift"] = weight
+        parameters["max_shift"] = trunk.max_torque / weight
+        parameters["max_lean"] = trunk.max_lean
+        object.__setattr__(self, "parameters", parameters)
+        rows = horizons(gait, self.period, self.sample, self.samples)
+        made = [self._program(seen, trunk) for seen in rows]
+        programs = Programs(*(np.array(part) for part in zip(*made, strict=True)))
+        object.__setattr__(self, "programs", programs)
+
+    def _program(self, seen: Horizon, trunk: Trunk) -> tuple[NDArray[np.float64], ...]:
+        """Hessian, gain, rows and row_state of one control cycle.
+
+        The unknown of a torque is the shift of the ZMP that has the same effect, torque / (m g), so
+        all unknowns are lengths.
+        """
+        share = seen.lengths * samples_in(self.gait, self.sample) / self.gait.step_duration
+        steps = steps_ahead(self.gait, self.sample, self.samples)
+        weight = self.robot.mass * self.robot.gravity
+        from_dcm, from_zmp = velocity_response(self.gait.omega, seen.lengths)
+        lean_state, lean_torque = lean_response(trunk.inertia, seen.lengths)
+        before = np.zeros((self.samples, self.samples + steps))
+        response = np.hstack([from_zmp, from_zmp @ placed_feet(seen.feet, steps), from_zmp])
+        lean = np.hstack([before, weight * lean_torque[:, 0]])
+        rate = np.hstack([before, weight * lean_torque[:, 1]])
+        weighed = self.velocity_weight * share[:, None] * response
+        weighed_lean = self.lean_weight * share[:, None] * lean
+        weighed_rate = self.lean_rate_weight * share[:, None] * rate
+        own = np.concatenate(
+            [
+                self.zmp_weight * share,
+                np.full(steps, self.step_weight),
+                self.torque_weight * share,
+            ]
+        )
+        hessian = response.T @ weighed + lean.T @ weighed_lean + rate.T @ weighed_rate
+        gain = np.hstack(
+            [
+                weighed.T @ from_dcm[:, None],
+                weighed_lean.T @ lean_state[:, 0] + weighed_rate.T @ lean_state[:, 1],
+            ]
+        )
+        row_state = np.hstack([np.zeros((self.samples, 1)), lean_state[:, 0]])
+        return hessian + np.diag(own), gain, lean, row_state
+
+    @property
+    def kernel(self) -> None:
+        """None: a library solves its programs, so it walks alone and not in a compiled batch."""
+        return
+
+    def first_observation(self, support_side: Side | None = None) -> Observation:
+        """What a robot on the nominal gait observes at a touchdown; right foot first by default."""
+        return self.gait.observation(Side.RIGHT if support_side is None else support_side)
+
+    def start(self, observation: Observation) -> NDArray[np.void]:
+        """The state before the first cycle.
+
+        Raises:
+            ParameterError: the observation is not finite.
+        """
+        return receding_start(self.gait, observation)
+
+    def step(
+        self, state: NDArray[np.void], observation: Observation
+    ) -> tuple[Command, NDArray[np.void]]:
+        """One cycle: what to do now, and the state for the next cycle."""
+        return receding_step(self.parameters, self.programs, state, observation)
+
+    def with_velocity(self, velocity: tuple[float, float]) -> Self:
+        """The same controller for another velocity; the state carries over."""
+        return replace(self, velocity=velocity)

@@ -1,0 +1,120 @@
+"""Linear MPC with given footsteps: the ZMP stays inside the foot, now and ahead ([Wieber2006]).
+
+    minimise  sum of  velocity_weight |com_velocity - nominal|^2 + zmp_weight |zmp - foot|^2
+    subject to  |zmp - foot| <= half the sole,  on every interval of the horizon
+
+The paper has the CoM's jerk as the input, and as the only thing to minimise; then the ZMP rests at
+the edges of the feet, and there is nothing left for a push. Here the input is the ZMP, constant on
+each interval, and the nominal gait is the reference, which is what makes the method strong.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from surefoot.checks import check_number
+from surefoot.control.receding_horizon import (
+    Programs,
+    check_receding,
+    horizons,
+    receding_parameters,
+    receding_start,
+    receding_step,
+    samples_in,
+)
+from surefoot.models.footsteps import Side
+from surefoot.models.interfaces import Command, Observation
+from surefoot.models.robot import Robot
+from surefoot.planning.lipm_horizon import velocity_response
+from surefoot.planning.nominal_gait import NominalGait, nominal_gait
+
+
+@dataclass(frozen=True)
+class LinearMpc:
+    """Footsteps as planned; the ZMP is planned ahead, inside every foot to come.
+
+    Args:
+        robot: whose gait it is.
+        velocity: commanded (v_x, v_y) [m/s].
+        samples: intervals of the horizon.
+        sample: their length; a step is divided evenly, into intervals close to it [s].
+        velocity_weight: on the deviation of the CoM velocity from the nominal gait [s^2/m^2].
+        zmp_weight: on the distance of the ZMP from the centre of the foot [1/m^2].
+        solve_period: how often the program is solved; 0.02 as published [s].
+        step_duration: T_nom, chosen from the velocity if None [s].
+        period: control period [s].
+
+    Raises:
+        VelocityError: the velocity cannot be walked.
+        ParameterError: another argument is out of range.
+        MissingExtraError: DAQP is not installed.
+    """
+
+    robot: Robot
+    velocity: tuple[float, float]
+    samples: int = 75
+    sample: float = 0.02
+    velocity_weight: float = 1.0
+    zmp_weight: float = 1e-3
+    solve_period: float = 0.005
+    step_duration: float | None = None
+    period: float = 0.005
+    gait: NominalGait = field(init=False, repr=False)
+    parameters: NDArray[np.void] = field(init=False, repr=False, compare=False)
+    programs: Programs = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        check_receding(self.robot, self.period, self.solve_period, self.sample, self.samples)
+        check_number("velocity_weight", self.velocity_weight, 0.0, "s^2/m^2")
+        check_number("zmp_weight", self.zmp_weight, 0.0, "1/m^2", above=True)
+        gait = nominal_gait(self.robot, self.velocity, self.step_duration)
+        object.__setattr__(self, "gait", gait)
+        object.__setattr__(self, "velocity", gait.velocity)
+        parameters = receding_parameters(
+            self.robot, gait, self.period, self.solve_period, self.sample, self.samples
+        )
+        object.__setattr__(self, "parameters", parameters)
+        object.__setattr__(self, "programs", self._programs())
+
+    def _programs(self) -> Programs:
+        hessian, gain = [], []
+        node = self.gait.step_duration / samples_in(self.gait, self.sample)
+        for seen in horizons(self.gait, self.period, self.sample, self.samples):
+            share = seen.lengths / node
+            from_dcm, from_zmp = velocity_response(self.gait.omega, seen.lengths)
+            weighed = self.velocity_weight * share[:, None] * from_zmp
+            hessian.append(from_zmp.T @ weighed + self.zmp_weight * np.diag(share))
+            gain.append(weighed.T @ from_dcm[:, None])
+        none = np.zeros((len(gain), 0, self.samples))
+        return Programs(np.array(hessian), np.array(gain), none, none[:, :, :1])
+
+    @property
+    def kernel(self) -> None:
+        """None: a library solves its programs, so it walks alone and not in a compiled batch."""
+        return
+
+    def first_observation(self, support_side: Side | None = None) -> Observation:
+        """What a robot on the nominal gait observes at a touchdown; right foot first by default."""
+        return self.gait.observation(Side.RIGHT if support_side is None else support_side)
+
+    def start(self, observation: Observation) -> NDArray[np.void]:
+        """The state before the first cycle.
+
+        Raises:
+            ParameterError: the observation is not finite.
+        """
+        return receding_start(self.gait, observation)
+
+    def step(
+        self, state: NDArray[np.void], observation: Observation
+    ) -> tuple[Command, NDArray[np.void]]:
+        """One cycle: what to do now, and the state for the next cycle."""
+        return receding_step(self.parameters, self.programs, state, observation)
+
+    def with_velocity(self, velocity: tuple[float, float]) -> Self:
+        """The same controller for another velocity; the state carries over."""
+        return replace(self, velocity=velocity)

@@ -1,0 +1,170 @@
+"""Every control method by name: what it adapts, where it is from, and what it cannot use."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import Any
+
+from surefoot.control.ankle_hip_step_mpc import AnkleHipStepMpc
+from surefoot.control.capture_point import CapturePointStepping
+from surefoot.control.dcm_tracking import DcmTracking
+from surefoot.control.foot_placement_mpc import FootPlacementMpc
+from surefoot.control.hybrid import HybridController
+from surefoot.control.linear_mpc import LinearMpc
+from surefoot.control.preview_control import PreviewControl
+from surefoot.control.step_timing import StepTiming
+from surefoot.control.timing_nlp import TimingNlp
+from surefoot.errors import ParameterError
+from surefoot.models.interfaces import Controller
+from surefoot.models.robot import Robot
+
+
+@dataclass(frozen=True)
+class Method:
+    """One way to keep a robot on its feet.
+
+    Attributes:
+        key: its name on the command line.
+        label: its name in tables.
+        make: its class.
+        source: who published it.
+        adapts: what it changes when it is pushed.
+        cannot: what it cannot use of what every method may use.
+        fixed_steps: whether it always steps as planned, so that the speed of the leg is no matter.
+        slow: whether one decision takes milliseconds, so that it is compared only if asked for.
+        parameters: that make this variant of the class.
+    """
+
+    key: str
+    label: str
+    make: type[Any]
+    source: str
+    adapts: str
+    cannot: str
+    fixed_steps: bool = False
+    slow: bool = False
+    parameters: MappingProxyType[str, Any] = field(default_factory=lambda: MappingProxyType({}))
+
+    def controller(
+        self, robot: Robot, velocity: tuple[float, float], **parameters: Any
+    ) -> Controller:
+        """The controller of this method for a robot and a velocity [m/s].
+
+        Raises:
+            SurefootError: its class refuses the arguments.
+        """
+        return self.make(robot, velocity, **{**self.parameters, **parameters})
+
+
+METHODS = (
+    Method(
+        "tracking",
+        "DCM tracking, K_f = 3",
+        DcmTracking,
+        "Englsberger, Ott, Albu-Schäffer 2015",
+        "ZMP",
+        "steps as planned: neither where nor when it steps answers a push",
+        fixed_steps=True,
+    ),
+    Method(
+        "tracking-stiff",
+        "DCM tracking, K_f = 30",
+        DcmTracking,
+        "Englsberger, Ott, Albu-Schäffer 2015; ten times the paper's gain",
+        "ZMP",
+        "steps as planned: neither where nor when it steps answers a push",
+        fixed_steps=True,
+        parameters=MappingProxyType({"dcm_gain": 30.0}),
+    ),
+    Method(
+        "preview-control",
+        "preview control",
+        PreviewControl,
+        "Kajita et al. 2003",
+        "ZMP",
+        "steps as planned: neither where nor when it steps answers a push",
+        fixed_steps=True,
+    ),
+    Method(
+        "linear-mpc",
+        "linear MPC, fixed steps",
+        LinearMpc,
+        "Wieber 2006; solved every 5 ms",
+        "ZMP",
+        "steps as planned: neither where nor when it steps answers a push",
+        fixed_steps=True,
+    ),
+    Method(
+        "capture-point",
+        "capture-point stepping",
+        CapturePointStepping,
+        "Pratt et al. 2006; Koolen et al. 2012",
+        "ZMP, step location",
+        "steps at fixed times; clips a landing to the step box only, and the leg may come short",
+    ),
+    Method(
+        "foot-placement-mpc",
+        "MPC with foot placement",
+        FootPlacementMpc,
+        "Diedam et al. 2008; Herdt et al. 2010; solved every 5 ms",
+        "ZMP, step location",
+        "steps at fixed times",
+    ),
+    Method(
+        "foot-placement-mpc-100ms",
+        "MPC with foot placement, 100 ms",
+        FootPlacementMpc,
+        "Herdt et al. 2010; solved every 100 ms, as published",
+        "ZMP, step location",
+        "steps at fixed times, and learns of a push up to 100 ms late",
+        parameters=MappingProxyType({"solve_period": 0.1}),
+    ),
+    Method(
+        "ankle-hip-step-mpc",
+        "MPC with ankle, hip and step",
+        AnkleHipStepMpc,
+        "Aftab, Robert, Wieber 2012",
+        "ZMP, hip torque, step location",
+        "steps at fixed times; its trunk is a freedom that no other method and no limit has",
+    ),
+    Method(
+        "step-timing",
+        "step location and timing",
+        StepTiming,
+        "Khadiv et al. 2016, 2020",
+        "step location, timing",
+        "leaves the ZMP at the centre of the foot; does not know how fast the leg is",
+    ),
+    Method(
+        "timing-nlp",
+        "nonlinear step timing",
+        TimingNlp,
+        "after Kryczka et al. 2015",
+        "ZMP, step location, timing",
+        "decides every 10 ms; a local solver may not find the best landing",
+        slow=True,
+    ),
+    Method(
+        "hybrid",
+        "the paper's hybrid",
+        HybridController,
+        "On-line gait adjustment, III-C",
+        "ZMP or step location, timing",
+        "holds the ZMP while it adapts the step; does not know how fast the leg is",
+    ),
+)
+"""In the order in which they are shown: from the ZMP alone to steps in place and time."""
+
+
+def method(key: str) -> Method:
+    """A method by its name on the command line.
+
+    Raises:
+        ParameterError: there is none of that name.
+    """
+    for one in METHODS:
+        if one.key == key:
+            return one
+    names = ", ".join(one.key for one in METHODS)
+    raise ParameterError(f"a method ({names})", repr(key), "choose one of these")

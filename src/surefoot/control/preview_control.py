@@ -1,0 +1,310 @@
+"""ZMP preview control over given footsteps: [Kajita2003].
+
+The reference of the ZMP is the centre of each planned foot while it is to stand, known 1.6 s ahead.
+A linear quadratic regulator with an integrator drives the jerk of the CoM, see `preview_gains`; the
+state is measured in every cycle, and only the ZMP that this asks for is commanded:
+
+    zmp = com(k+1) - com''(k+1) / omega^2.
+
+The sole limits it. Where it is cut off, the integrator rests, and the acceleration of the next
+cycle is that of the ZMP that really acted, com'' = omega^2 (com - zmp): nothing winds up.
+
+The gait that this walks undisturbed is near the nominal one, but not it: its ZMP begins to move
+before the foot does. The plan is therefore a twin that the same law walks undisturbed over the same
+footsteps, from the periodic state that is found when the controller is made.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from functools import cache
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from surefoot.checks import check_number
+from surefoot.compiling import entry_point, njit
+from surefoot.control.cycle import command_swing, is_usable, side_index
+from surefoot.control.dcm_tracking import (
+    DEFAULT_DCM_GAIN,
+    check_first,
+    check_tracking,
+    tracking_parameters,
+)
+from surefoot.control.preview_law import (
+    MOST_SAMPLES,
+    PREVIEW,
+    PREVIEW_PLAN,
+    PREVIEW_STATE,
+    land_plan,
+    regulate,
+    regulate_plan,
+    walk_plan,
+)
+from surefoot.control.tracking_law import hold
+from surefoot.errors import ParameterError
+from surefoot.models.footsteps import Side
+from surefoot.models.interfaces import OBSERVATION, Command, Mode, Observation, Status
+from surefoot.models.record import new_array
+from surefoot.models.robot import Robot
+from surefoot.planning.nominal_gait import NominalGait, nominal_gait
+from surefoot.planning.preview_gains import preview_gains
+
+LONGEST_SETTLING = 400
+"""Steps in which a gait becomes periodic, or never does."""
+
+SETTLED = 1e-13
+"""Change of the touchdown of a periodic gait from one step pair to the next [m]."""
+
+_TRACKING_MODE = int(Mode.TRACKING)
+_ZMP_AT_EDGE = int(Status.ZMP_AT_EDGE)
+
+
+@njit
+def preview_cycle(parameters, state, observation, next_state):
+    """One cycle of `PreviewControl` over records."""
+    if not is_usable(observation):
+        hold(state, observation, next_state)
+        return
+    next_state.plan = state.plan
+    plan, command = next_state.plan, next_state.command
+    yaw, foot = observation.support_yaw, observation.support_foot
+    new_step = observation.support_side != plan.support_side
+    if new_step:
+        walk_plan(parameters, plan.step_duration, yaw, plan)
+        land_plan(parameters, observation.support_side, plan)
+        regulate_plan(parameters, yaw, plan)
+    walk_plan(parameters, observation.elapsed, yaw, plan)
+    for i in range(2):
+        command.dcm_plan[i] = foot[i] + plan.com[i] + plan.com_velocity[i] / parameters.omega
+        command.zmp[i] = state.command.zmp[i] - foot[i]
+    at_edge = regulate(
+        parameters,
+        plan,
+        yaw,
+        observation.elapsed,
+        (observation.com[0] - foot[0], observation.com[1] - foot[1]),
+        (observation.com_velocity[0], observation.com_velocity[1]),
+        command.zmp,
+        plan.measured_sum,
+    )
+    command.mode, command.double_support = _TRACKING_MODE, 0
+    command.status = _ZMP_AT_EDGE if at_edge else 0
+    command.step_duration = plan.step_duration
+    row = side_index(plan.support_side)
+    for i in range(2):
+        command.zmp[i] += foot[i]
+        command.step_location[i] = foot[i] + plan.step[i]
+        command.dcm_offset[i] = parameters.end_offset[row, i]
+    in_the_air = 0.0, plan.step_duration
+    command_swing(
+        parameters.swing,
+        observation,
+        in_the_air,
+        parameters.landing_yaw,
+        state.command,
+        plan.phase,
+        new_step,
+        command,
+    )
+
+
+@njit
+def _preview_step(parameters, state, observation, next_state):
+    preview_cycle(parameters[0], state[0], observation[0], next_state[0])
+
+
+@njit
+def _walk_step(parameters, begun, landed):
+    """One step of the twin: from a touchdown to its first sample, and to the next touchdown."""
+    begun[0].measured_sum = begun[0].zmp_sum
+    regulate_plan(parameters[0], 0.0, begun[0])
+    landed[0] = begun[0]
+    walk_plan(parameters[0], begun[0].step_duration, 0.0, landed[0])
+    land_plan(parameters[0], -begun[0].support_side, landed[0])
+
+
+@cache
+def _compiled() -> Callable[..., None]:
+    return entry_point(_preview_step, PREVIEW, PREVIEW_STATE, OBSERVATION, PREVIEW_STATE)
+
+
+@cache
+def _compiled_walk() -> Callable[..., None]:
+    return entry_point(_walk_step, PREVIEW, PREVIEW_PLAN, PREVIEW_PLAN)
+
+
+def find_periodic_gait(parameters: NDArray[np.void], gait: NominalGait) -> None:
+    """Walk undisturbed, from the nominal gait on, until the gait is periodic; write it down.
+
+    Args:
+        parameters: a `PREVIEW` record, shape (1,), whose `start`, `start_zmp` and `end_offset` are
+            written.
+        gait: where to begin.
+
+    Raises:
+        ParameterError: it never becomes periodic.
+    """
+    walk, omega = _compiled_walk(), gait.omega
+    plan = new_array(PREVIEW_PLAN)
+    begin = gait.observation(Side.RIGHT)
+    plan["com"] = begin.com - begin.support_foot
+    plan["com_velocity"], plan["support_side"] = begin.com_velocity, Side.RIGHT
+    plan["step"], plan["step_duration"] = gait.step(Side.RIGHT), gait.step_duration
+    change = np.inf
+    last = [np.full(4, np.inf), np.full(4, np.inf)]
+    for _ in range(LONGEST_SETTLING):
+        row = side_index.py_func(plan["support_side"][0])
+        dcm = plan["com"][0] + plan["com_velocity"][0] / omega
+        # The integrator settles last; as a length it is the integral over a time constant.
+        seen = np.concatenate([dcm, omega * parameters["period"] * plan["zmp_sum"][0]])
+        change, last[row] = np.abs(seen - last[row]).max(), seen
+        half = parameters["half_foot"][0]
+        parameters["start_zmp"][0, row] = np.clip(plan["zmp"][0], -half, half)
+        parameters["end_offset"][0, 1 - row] = dcm
+        landed = new_array(PREVIEW_PLAN)
+        walk(parameters, plan, landed)
+        parameters["start"][0, row] = plan[0]
+        if change < SETTLED:
+            return
+        plan = landed
+    raise ParameterError(
+        "a gait that becomes periodic",
+        f"one that still changes by {change:.1e} m after {LONGEST_SETTLING} steps",
+        "leave the weights out for the defaults, or walk slower",
+    )
+
+
+@dataclass(frozen=True)
+class PreviewControl:
+    """Footsteps as given; the ZMP follows their centres by preview control, inside the sole.
+
+    Args:
+        robot: whose gait it is.
+        velocity: commanded (v_x, v_y) [m/s].
+        error_weight: Q_e on the error of the ZMP [1/m^2].
+        state_weight: the diagonal of Q_x, on the change in a sample of position, velocity and
+            acceleration [1/m^2, s^2/m^2, s^4/m^2].
+        input_weight: R, on the change of the jerk in a sample [s^6/m^2].
+        preview: how far ahead the footsteps are known [s].
+        step_duration: T_nom, chosen from the velocity if None [s].
+        period: control period, and the sample time of the regulator [s].
+
+    Raises:
+        VelocityError: the velocity cannot be walked.
+        ParameterError: another argument is out of range, or no gains or no gait come of it.
+    """
+
+    robot: Robot
+    velocity: tuple[float, float]
+    error_weight: float = 1.0
+    state_weight: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    input_weight: float = 1e-6
+    preview: float = 1.6
+    step_duration: float | None = None
+    period: float = 0.001
+    gait: NominalGait = field(init=False, repr=False)
+    parameters: NDArray[np.void] = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        check_tracking(self.robot, DEFAULT_DCM_GAIN, 0.0, self.period)
+        check_number("error_weight", self.error_weight, 0.0, "1/m^2", above=True)
+        check_number("input_weight", self.input_weight, 0.0, "s^6/m^2", above=True)
+        if not isinstance(self.state_weight, tuple) or len(self.state_weight) != 3:
+            raise ParameterError(
+                "`state_weight` as (position, velocity, acceleration)",
+                repr(self.state_weight),
+                "write for example (0.0, 0.0, 0.0)",
+            )
+        for weight, unit in zip(self.state_weight, ("1/m^2", "s^2/m^2", "s^4/m^2"), strict=True):
+            check_number("state_weight", weight, 0.0, unit)
+        check_number("preview", self.preview, self.period, "s")
+        gait = nominal_gait(self.robot, self.velocity, self.step_duration)
+        object.__setattr__(self, "gait", gait)
+        object.__setattr__(self, "velocity", gait.velocity)
+        object.__setattr__(self, "parameters", self._parameters())
+        _compiled()  # Now rather than in the first control cycle.
+
+    def _parameters(self) -> NDArray[np.void]:
+        samples = round(self.preview / self.period)
+        if samples > MOST_SAMPLES:
+            raise ParameterError(
+                f"a preview of at most {MOST_SAMPLES} periods",
+                f"{self.preview} s in periods of {self.period} s",
+                "look less far ahead, or decide less often",
+            )
+        gains = preview_gains(
+            self.robot.omega,
+            self.period,
+            samples,
+            self.error_weight,
+            self.state_weight,
+            self.input_weight,
+        )
+        parameters, robot, gait = new_array(PREVIEW), self.robot, self.gait
+        parameters["omega"], parameters["period"] = robot.omega, self.period
+        parameters["half_foot"] = robot.foot.half
+        parameters["integral_gain"] = gains.integral
+        parameters["state_gain"] = gains.state
+        parameters["samples"] = samples
+        parameters["step_gain"][0, :samples] = np.cumsum(gains.preview[::-1])[::-1]
+        parameters["step_duration"] = gait.step_duration
+        for side in Side:
+            parameters["step"][0, side_index.py_func(side)] = gait.step(side)
+        tracking = tracking_parameters(robot, gait, DEFAULT_DCM_GAIN, True, 0.0, self.period)
+        parameters["swing"] = tracking["swing"]
+        find_periodic_gait(parameters, gait)
+        return parameters
+
+    @property
+    def kernel(self) -> Callable[..., None]:
+        """The compiled cycle over records."""
+        return preview_cycle
+
+    def first_observation(self, support_side: Side | None = None) -> Observation:
+        """What a robot on this method's own gait observes at a touchdown; right foot first."""
+        side = Side.RIGHT if support_side is None else support_side
+        nominal = self.gait.observation(side)
+        plan = self.parameters["start"][0, side_index.py_func(side)]
+        com = nominal.support_foot + plan["com"]
+        return nominal.replace(
+            com=com,
+            com_velocity=plan["com_velocity"],
+            dcm=com + plan["com_velocity"] / self.robot.omega,
+        )
+
+    def start(self, observation: Observation) -> NDArray[np.void]:
+        """The state before the first cycle.
+
+        Raises:
+            ParameterError: the observation is not finite.
+        """
+        check_first(observation)
+        state = new_array(PREVIEW_STATE)
+        row = side_index.py_func(observation.support_side)
+        parameters, command = self.parameters[0], state["command"][0]
+        state["plan"][0] = parameters["start"][row]
+        command["zmp"] = observation.support_foot + parameters["start_zmp"][row]
+        command["dcm_plan"] = observation.dcm
+        command["dcm_offset"] = parameters["end_offset"][row]
+        command["step_location"] = observation.support_foot + parameters["step"][row]
+        command["step_duration"] = parameters["step_duration"]
+        command["swing_foot"] = observation.swing_foot
+        return state
+
+    def step(
+        self, state: NDArray[np.void], observation: Observation
+    ) -> tuple[Command, NDArray[np.void]]:
+        """One cycle: what to do now, and the state for the next cycle."""
+        next_state = new_array(PREVIEW_STATE)
+        _compiled()(self.parameters, state, observation.array, next_state)
+        return Command.of(next_state["command"]), next_state
+
+    def with_velocity(self, velocity: tuple[float, float]) -> Self:
+        """The same controller for another velocity; the state carries over.
+
+        The step under way stays as it was given; the steps after it are new.
+        """
+        return replace(self, velocity=velocity)

@@ -1,0 +1,362 @@
+"""Where and when the next N feet land, by nonlinear optimisation: after [Kryczka2015].
+
+While the DCM error is below the threshold the ZMP tracks the plan. Past it the plan is dropped and
+the next steps are decided anew, places, times and ZMPs together, once every `solve_period`; in
+between, landing and time stand. It ends as the hybrid controller does: at a touchdown at which the
+error is small. The problem is in `planning/step_sequence.py`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from functools import cache
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from surefoot.checks import check_number, check_pair
+from surefoot.compiling import entry_point, njit
+from surefoot.control.cycle import command_swing, growth_since_touchdown, is_usable
+from surefoot.control.dcm_tracking import (
+    DEFAULT_DCM_GAIN,
+    check_tracking,
+    first_plan,
+    tracking_parameters,
+)
+from surefoot.control.tracking_law import (
+    PLAN,
+    TRACKING,
+    begin_plan,
+    follow_plan,
+    hold,
+    plan_landing,
+    track,
+)
+from surefoot.errors import ParameterError
+from surefoot.models.footsteps import Side
+from surefoot.models.interfaces import COMMAND, OBSERVATION, Command, Mode, Observation, Status
+from surefoot.models.record import new_array
+from surefoot.models.robot import Robot
+from surefoot.planning.nominal_gait import NominalGait, nominal_gait
+from surefoot.planning.step_adaptation import VIOLATION_TOLERANCE
+from surefoot.planning.step_problem import OFFSET_PENALTY
+from surefoot.planning.step_sequence import (
+    LONGEST_HORIZON,
+    PLANNED_STEPS,
+    SequenceWeights,
+    StepSequence,
+)
+
+TIMING_NLP = np.dtype(
+    [("tracking", TRACKING), ("threshold", "f8"), ("solve_period", "f8"), ("longest", "f8")]
+)
+"""Parameters: of tracking, the threshold [m], how often the steps are decided [s], and the longest
+duration of a step [s]."""
+
+TIMING_NLP_STATE = np.dtype(
+    [
+        ("plan", PLAN),
+        ("steps", PLANNED_STEPS),
+        ("decided_at", "f8"),
+        ("landing_time", "f8"),
+        ("known", "i8"),
+        ("status", "i8"),
+        ("due", "i8"),
+        ("command", COMMAND),
+    ],
+)
+"""What is remembered: the plan that is tracked; the steps last decided, when that was and when the
+first of them ends, since touchdown [s]; whether there are such steps; what that decision could not
+keep; and, in the state that `step` is about to return, what of `DECIDE` and `CARRY_ON` is to do."""
+
+TAU_WEIGHT = 0.01
+"""Default weight on e^(omega T) [-]. Cheap time lets the foot land early while a push still goes
+on, of which no decision knows. With 1, a leg of 3 m/s survives a tenth less; with 0.001, an
+unlimited one lands at the shortest time, and the rest of a push throws it over the other foot."""
+
+END_WEIGHT = (20000.0, 20000.0)
+"""Default weight on the DCM offset at the last landing [1/m^2]."""
+
+PATH_WEIGHT = (1000.0, 1000.0)
+"""Default weight on the DCM offsets before the last one [1/m^2]. With none, each decision leaves
+the work to later steps, and the gait takes eight steps to settle instead of two."""
+
+CARRY_ON = 1
+"""The steps last decided stand."""
+
+DECIDE = 2
+"""The steps are decided anew."""
+
+_ADAPTING = int(Mode.ADAPTING)
+_NO_TIME_LEFT = int(Status.NO_TIME_LEFT)
+
+
+@njit
+def _shift_steps(steps):
+    """The second of the planned steps is the first one now; the last one is thought to repeat."""
+    for k in range(LONGEST_HORIZON - 1):
+        steps.duration[k] = steps.duration[k + 1]
+        for i in range(2):
+            steps.step[k, i] = steps.step[k + 1, i]
+            steps.zmp[k, i] = steps.zmp[k + 1, i]
+            steps.offset[k, i] = steps.offset[k + 1, i]
+
+
+@njit
+def _remember(state, next_state):
+    """Take over what was known in the cycle before."""
+    next_state.plan, next_state.steps = state.plan, state.steps
+    next_state.decided_at, next_state.landing_time = state.decided_at, state.landing_time
+    next_state.known, next_state.status, next_state.due = state.known, state.status, 0
+
+
+@njit
+def begin_cycle(parameters, state, observation, next_state):
+    """All of a cycle that tracks or holds; of one that adapts, what comes before the decision."""
+    _remember(state, next_state)
+    if not is_usable(observation):
+        hold(state, observation, next_state)
+        return
+    plan, command, tracking = next_state.plan, next_state.command, parameters.tracking
+    new_step = observation.support_side != plan.support_side
+    if new_step:
+        begin_plan(tracking, observation, plan.adapting != 0, plan)
+        plan.adapting = 0
+        _shift_steps(next_state.steps)
+        next_state.landing_time = next_state.steps.duration[0]
+        next_state.decided_at = -math.inf
+    if plan.adapting == 0:
+        plan_landing(tracking, observation, plan)
+    growth = growth_since_touchdown(tracking.omega, observation.elapsed)
+    error = follow_plan(tracking, observation, growth, plan, command)
+    # A foot that is on the ground already cannot be sent elsewhere.
+    if error >= parameters.threshold and plan.closing == 0:
+        plan.adapting = 1
+    if plan.adapting != 0:
+        waited = observation.elapsed - next_state.decided_at
+        # Half a cycle early rather than one late.
+        due = waited >= parameters.solve_period - 0.5 * tracking.swing.period
+        next_state.due = DECIDE if due or next_state.known == 0 else CARRY_ON
+        return
+    next_state.known = 0
+    next_state.decided_at = -math.inf
+    track(tracking, observation, plan, command)
+    command_swing(
+        tracking.swing,
+        observation,
+        (plan.opening_after, plan.step_duration - plan.closing_before),
+        tracking.landing_yaw,
+        state.command,
+        plan.phase,
+        new_step,
+        command,
+    )
+
+
+@njit
+def end_cycle(parameters, state, observation, next_state):
+    """Command the first of the steps that were decided."""
+    command, steps, elapsed = next_state.command, next_state.steps, observation.elapsed
+    side = observation.support_side
+    command.mode, command.status, command.double_support = _ADAPTING, next_state.status, 0
+    if elapsed > parameters.longest:
+        command.status |= _NO_TIME_LEFT
+    command.step_duration = max(next_state.landing_time, elapsed)
+    for i in range(2):
+        # In a step's own frame y points to its swing side.
+        sign = 1 if i == 0 else side
+        command.zmp[i] = observation.support_foot[i] + sign * steps.zmp[0, i]
+        command.step_location[i] = observation.support_foot[i] + sign * steps.step[0, i]
+        command.dcm_offset[i] = sign * steps.offset[0, i]
+    command_swing(
+        parameters.tracking.swing,
+        observation,
+        (0.0, command.step_duration),
+        parameters.tracking.landing_yaw,
+        state.command,
+        next_state.plan.phase,
+        side != state.plan.support_side,
+        command,
+    )
+
+
+@njit
+def _begin(parameters, state, observation, next_state):
+    begin_cycle(parameters[0], state[0], observation[0], next_state[0])
+
+
+@njit
+def _end(parameters, state, observation, next_state):
+    end_cycle(parameters[0], state[0], observation[0], next_state[0])
+
+
+@cache
+def _compiled() -> tuple[Callable[..., None], Callable[..., None]]:
+    records = TIMING_NLP, TIMING_NLP_STATE, OBSERVATION, TIMING_NLP_STATE
+    return entry_point(_begin, *records), entry_point(_end, *records)
+
+
+@dataclass(frozen=True)
+class TimingNlp:
+    """Tracking for small errors, a nonlinear program over the next steps for large ones.
+
+    IPOPT is an iterative solver on its way to a tolerance: a decision takes milliseconds, and now
+    and then it ends without an answer. Then the steps of its last success go on, or the nominal
+    ones if there are none, and the command's status says NOT_CONVERGED.
+
+    Args:
+        robot: whose gait it is.
+        velocity: commanded (v_x, v_y) [m/s].
+        horizon: N, how many steps are decided together.
+        threshold: DCM error at which the steps are decided anew [m]; 0 always, inf never.
+        solve_period: time between two decisions [s].
+        dcm_gain: K_f, rate at which tracking removes an error [1/s].
+        project_zmp: keep the ZMP of tracking inside the foot.
+        zmp_share: how much of the sole the ZMP of a decision may use, 0 for a point foot [-].
+        step_weight: on every step vector (x, y) [1/m^2].
+        tau_weight: on every e^(omega T) [-].
+        zmp_weight: on every ZMP, from the centre of the foot (x, y) [1/m^2].
+        offset_weight: on the DCM offset at the last landing; it must dominate (x, y) [1/m^2].
+        path_weight: on the DCM offsets at the landings before (x, y) [1/m^2].
+        offset_penalty: on half the squared violation of the viable set at the last landing [1/m^2].
+        max_iterations: of IPOPT in one decision.
+        step_duration: T_nom, chosen from the velocity if None [s].
+        period: control period [s].
+
+    Raises:
+        MissingExtraError: CasADi is not installed.
+        VelocityError: the velocity cannot be walked.
+        ParameterError: another argument is out of range.
+    """
+
+    robot: Robot
+    velocity: tuple[float, float]
+    horizon: int = 3
+    threshold: float = 0.025
+    solve_period: float = 0.01
+    dcm_gain: float = DEFAULT_DCM_GAIN
+    project_zmp: bool = True
+    zmp_share: float = 1.0
+    step_weight: tuple[float, float] = (1.0, 1.0)
+    tau_weight: float = TAU_WEIGHT
+    zmp_weight: tuple[float, float] = (1.0, 1.0)
+    offset_weight: tuple[float, float] = END_WEIGHT
+    path_weight: tuple[float, float] = PATH_WEIGHT
+    offset_penalty: float = OFFSET_PENALTY
+    max_iterations: int = 60
+    step_duration: float | None = None
+    period: float = 0.001
+    gait: NominalGait = field(init=False, repr=False)
+    parameters: NDArray[np.void] = field(init=False, repr=False, compare=False)
+    sequence: StepSequence = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        check_tracking(self.robot, self.dcm_gain, 0.0, self.period)
+        self._check_decision()
+        gait = nominal_gait(self.robot, self.velocity, self.step_duration)
+        object.__setattr__(self, "gait", gait)
+        object.__setattr__(self, "velocity", gait.velocity)
+        parameters = new_array(TIMING_NLP)
+        parameters["tracking"] = tracking_parameters(
+            self.robot, gait, self.dcm_gain, self.project_zmp, 0.0, self.period
+        )
+        parameters["threshold"], parameters["solve_period"] = self.threshold, self.solve_period
+        parameters["longest"] = self.robot.gait.step_duration[1]
+        object.__setattr__(self, "parameters", parameters)
+        weights = SequenceWeights(
+            self.step_weight,
+            self.tau_weight,
+            self.zmp_weight,
+            self.offset_weight,
+            self.path_weight,
+            self.offset_penalty,
+        )
+        sequence = StepSequence(
+            self.robot, gait, self.horizon, weights, self.zmp_share, self.max_iterations
+        )
+        object.__setattr__(self, "sequence", sequence)
+        _compiled()  # Now rather than in the first control cycle.
+
+    def _check_decision(self) -> None:
+        for name, most in (("horizon", LONGEST_HORIZON), ("max_iterations", 10_000)):
+            value = getattr(self, name)
+            if not isinstance(value, int) or not 1 <= value <= most:
+                raise ParameterError(
+                    f"`{name}` as a whole number from 1 to {most}",
+                    repr(value),
+                    "leave it out for the default",
+                )
+        check_number("threshold", self.threshold, 0.0, "m", endless=True)
+        check_number("solve_period", self.solve_period, 0.0, "s")
+        check_number("zmp_share", self.zmp_share, 0.0, "-")
+        if self.zmp_share > 1.0:
+            raise ParameterError(
+                "`zmp_share` of at most 1", f"{self.zmp_share}", "the ZMP cannot leave the sole"
+            )
+        for name in ("step_weight", "zmp_weight", "offset_weight", "path_weight"):
+            check_pair(name, getattr(self, name), 0.0, "1/m^2")
+        check_number("tau_weight", self.tau_weight, 0.0, "-")
+        check_number("offset_penalty", self.offset_penalty, 0.0, "1/m^2", above=True)
+
+    @property
+    def kernel(self) -> None:
+        """None: an interior-point solver is no compiled cycle, so it cannot run in a batch."""
+        return None
+
+    def first_observation(self, support_side: Side | None = None) -> Observation:
+        """What a robot on the nominal gait observes at a touchdown; right foot first by default."""
+        return self.gait.observation(Side.RIGHT if support_side is None else support_side)
+
+    def start(self, observation: Observation) -> NDArray[np.void]:
+        """The state before the first cycle.
+
+        Raises:
+            ParameterError: the observation is not finite.
+        """
+        state = new_array(TIMING_NLP_STATE)
+        first_plan(self.gait, observation, state)
+        state["decided_at"] = -math.inf
+        return state
+
+    def step(
+        self, state: NDArray[np.void], observation: Observation
+    ) -> tuple[Command, NDArray[np.void]]:
+        """One cycle: what to do now, and the state for the next cycle."""
+        next_state = new_array(TIMING_NLP_STATE)
+        begin, end = _compiled()
+        begin(self.parameters, state, observation.array, next_state)
+        due = next_state["due"][0]
+        if due == DECIDE:
+            self._decide(observation, next_state)
+        if due:
+            end(self.parameters, state, observation.array, next_state)
+        next_state["due"] = 0
+        return Command.of(next_state["command"]), next_state
+
+    def _decide(self, observation: Observation, next_state: NDArray[np.void]) -> None:
+        """Write the next steps into the state; without an answer, those that were known go on."""
+        seen, side = observation.array[0], observation.support_side
+        elapsed = float(seen["elapsed"])
+        guess = self.sequence.nominal(side, elapsed)
+        if next_state["known"][0]:
+            guess = next_state["steps"].copy()
+            guess["duration"][0, 0] = max(float(next_state["landing_time"][0]) - elapsed, 0.0)
+        foot = seen["support_foot"]
+        dcm, swing = seen["dcm"] - foot, seen["swing_foot"][:2] - foot
+        steps, converged, outside = self.sequence.solve(
+            side, elapsed, (float(dcm[0]), float(dcm[1])), (float(swing[0]), float(swing[1])), guess
+        )
+        status = Status.OK if converged else Status.NOT_CONVERGED
+        if converged and outside > VIOLATION_TOLERANCE:
+            status |= Status.OFFSET_VIOLATED
+        steps = steps if converged else guess
+        next_state["steps"], next_state["status"], next_state["known"] = steps, int(status), 1
+        next_state["decided_at"] = elapsed
+        next_state["landing_time"] = elapsed + float(steps["duration"][0, 0])
+
+    def with_velocity(self, velocity: tuple[float, float]) -> Self:
+        """The same controller for another velocity; the state carries over."""
+        return replace(self, velocity=velocity)

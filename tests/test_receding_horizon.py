@@ -1,0 +1,318 @@
+"""Linear MPC: the programs say what they mean, their solutions are optimal, and they walk."""
+
+from __future__ import annotations
+
+import math
+import pickle
+from importlib import import_module
+
+import numpy as np
+import pytest
+import quadprog
+
+import surefoot as sf
+from surefoot.control import receding_horizon
+from surefoot.control.foot_placement_mpc import placed_feet
+from surefoot.control.receding_horizon import MPC_STATE, horizons, prepare, samples_in, steps_ahead
+from surefoot.models.lipm import com_flow
+from surefoot.models.trunk import trunk_flow
+from surefoot.planning.lipm_horizon import horizon, lean_response, velocity_response
+
+ROBOT = sf.load_robot("paper-biped").replace(mass=70.0)
+OMEGA = ROBOT.omega
+KINDS = {
+    "linear-mpc": sf.LinearMpc,
+    "foot-placement-mpc": sf.FootPlacementMpc,
+    "ankle-hip-step-mpc": sf.AnkleHipStepMpc,
+}
+AXES = {"forward": (1.0, 0.0), "back": (-1.0, 0.0), "outward": (0.0, 1.0), "inward": (0.0, -1.0)}
+
+
+@pytest.fixture(params=KINDS)
+def kind(request):
+    return KINDS[request.param]
+
+
+@pytest.mark.parametrize("elapsed", [0.0, 0.005, 0.1, 0.33, 0.495])
+def test_every_touchdown_is_a_node(elapsed: float) -> None:
+    seen = horizon(elapsed, 0.1, 16, 5)
+    ends = elapsed + np.cumsum(seen.lengths)
+    assert ends / 0.1 == pytest.approx(np.round(ends / 0.1), abs=1e-9)
+    assert (seen.lengths > 0.0).all()
+    starts = ends - seen.lengths
+    assert seen.feet.tolist() == np.floor(starts / 0.5 + 1e-9).astype(int).tolist()
+
+
+def test_the_velocity_response_is_the_flow() -> None:
+    rng = np.random.default_rng(1)
+    lengths, zmp, dcm = rng.uniform(0.01, 0.2, 7), rng.normal(size=7), rng.normal()
+    from_dcm, from_zmp = velocity_response(OMEGA, lengths)
+    com, velocity, walked = 0.5 * dcm, 0.5 * OMEGA * dcm, []
+    for length, pivot in zip(lengths, zmp, strict=True):
+        com, velocity = com_flow(com, velocity, pivot, OMEGA, length)
+        walked.append(velocity)
+    assert from_dcm * dcm + from_zmp @ zmp == pytest.approx(walked, abs=1e-12)
+
+
+def test_the_lean_response_is_the_flow() -> None:
+    rng = np.random.default_rng(2)
+    lengths, torque, state = rng.uniform(0.01, 0.2, 7), rng.normal(size=7), rng.normal(size=2)
+    from_state, from_torque = lean_response(4.4, lengths)
+    lean, rate, walked = state[0], state[1], []
+    for length, pull in zip(lengths, torque, strict=True):
+        lean, rate, _, _ = trunk_flow(lean, rate, pull, 4.4, 1e6, length)
+        walked.append((lean, rate))
+    assert from_state @ state + from_torque @ torque == pytest.approx(np.array(walked), abs=1e-12)
+
+
+def random_moment(controller, rng):
+    """A pushed robot somewhere in a step, with the program that is due there."""
+    state = controller.start(controller.first_observation())
+    cycle = int(rng.integers(0, controller.programs.gain.shape[0]))
+    elapsed = cycle * controller.period
+    begin = controller.first_observation()
+    plan = np.array(controller.gait.start_offset(sf.Side.RIGHT)) * math.exp(OMEGA * elapsed)
+    observation = begin.replace(
+        elapsed=elapsed,
+        com=begin.support_foot + plan + rng.normal(scale=0.05, size=2),
+        com_velocity=rng.normal(scale=0.3, size=2),
+    )
+    observation = observation.replace(
+        dcm=observation.com + observation.com_velocity / OMEGA,
+        trunk_lean=rng.normal(scale=0.1, size=2),
+        trunk_lean_velocity=rng.normal(scale=0.3, size=2),
+    )
+    programs = controller.programs
+    unknowns, rows = programs.gain.shape[1], programs.rows.shape[1]
+    work = [
+        np.empty((2, programs.gain.shape[2])),
+        np.empty((2, unknowns)),
+        np.empty((2, unknowns + rows)),
+        np.empty((2, unknowns + rows)),
+    ]
+    next_state = np.zeros(1, MPC_STATE)
+    task, row = prepare(
+        controller.parameters, programs.gain, programs.row_state, state, observation.array,
+        next_state, *work,
+    )  # fmt: skip
+    assert (task, row) == (2, cycle)
+    return cycle, work
+
+
+def walked_cost(controller, cycle: int, deviation, unknowns) -> float:
+    """The cost of a choice, by walking it with the flow of the pendulum, weight by weight."""
+    seen = horizons(controller.gait, controller.period, controller.sample, controller.samples)
+    seen = seen[cycle]
+    node = controller.gait.step_duration / samples_in(controller.gait, controller.sample)
+    free = getattr(controller, "step_weight", None)
+    steps = (
+        0 if free is None else steps_ahead(controller.gait, controller.sample, controller.samples)
+    )
+    zmp, moved = unknowns[: controller.samples], unknowns[controller.samples :][:steps]
+    shift = unknowns[controller.samples + steps :]
+    feet = placed_feet(seen.feet, steps) @ moved
+    com, velocity = 0.5 * deviation[0], 0.5 * OMEGA * deviation[0]
+    lean, rate = deviation[1:] if len(deviation) == 3 else (0.0, 0.0)
+    weight, cost = ROBOT.mass * ROBOT.gravity, 0.0
+    for i, length in enumerate(seen.lengths):
+        share = length / node
+        pivot = zmp[i] + feet[i] + (shift[i] if len(shift) else 0.0)
+        com, velocity = com_flow(com, velocity, pivot, OMEGA, length)
+        cost += 0.5 * share * controller.velocity_weight * velocity**2
+        cost += 0.5 * share * controller.zmp_weight * zmp[i] ** 2
+        if len(shift):
+            lean, rate, _, _ = trunk_flow(lean, rate, weight * shift[i], 4.4, 1e6, length)
+            cost += 0.5 * share * controller.torque_weight * shift[i] ** 2
+            cost += 0.5 * share * controller.lean_weight * lean**2
+            cost += 0.5 * share * controller.lean_rate_weight * rate**2
+    return cost + (0.5 * free * float(moved @ moved) if steps else 0.0)
+
+
+def test_the_program_is_the_cost_of_the_walk(kind) -> None:
+    """Its quadratic form and a walk through the horizon differ by a constant only."""
+    rng = np.random.default_rng(3)
+    controller = kind(ROBOT, (0.5, 0.0))
+    for _ in range(5):
+        cycle, (deviation, gradient, _, _) = random_moment(controller, rng)
+        for axis in range(2):
+            nothing = np.zeros(gradient.shape[1])
+            base = walked_cost(controller, cycle, deviation[axis], nothing)
+            choice = rng.normal(scale=0.05, size=gradient.shape[1])
+            quadratic = 0.5 * choice @ controller.programs.hessian[cycle] @ choice
+            said = quadratic + gradient[axis] @ choice
+            walked = walked_cost(controller, cycle, deviation[axis], choice) - base
+            assert said == pytest.approx(walked, rel=1e-6, abs=1e-9)
+
+
+def test_the_solution_agrees_with_another_solver(kind) -> None:
+    """DAQP in the controller, quadprog here, on programs with many active bounds."""
+    rng = np.random.default_rng(4)
+    controller, active = kind(ROBOT, (0.5, 0.0)), 0
+    solve = import_module("daqp").solve
+    for _ in range(20):
+        cycle, (_, gradient, lower, upper) = random_moment(controller, rng)
+        hessian, rows = controller.programs.hessian[cycle], controller.programs.rows[cycle]
+        for axis in range(2):
+            mine, _, flag, _ = solve(
+                hessian, gradient[axis], rows, upper[axis], lower[axis],
+                np.zeros(len(upper[axis]), np.int32),
+            )  # fmt: skip
+            if flag != 1:
+                continue  # a lean that nothing keeps from its stop
+            sides = np.vstack([np.eye(len(hessian)), rows])
+            theirs = quadprog.solve_qp(
+                hessian, -gradient[axis], np.hstack([sides.T, -sides.T]),
+                np.concatenate([lower[axis], -upper[axis]]),
+            )[0]  # fmt: skip
+            assert mine == pytest.approx(theirs, abs=1e-6)
+            active += int((np.abs(mine - upper[axis][: len(mine)]) < 1e-9).sum())
+    assert active > 20
+
+
+def pushed(controller, impulse: float, direction=(1.0, 0.0)) -> sf.Rollout:
+    force = (direction[0] * impulse / 0.2, direction[1] * impulse / 0.2)
+    return sf.simulate(controller, 4.0, [sf.Push(1.1, 0.2, force)])
+
+
+@pytest.mark.parametrize("direction", AXES)
+def test_the_zmp_stays_inside_and_steps_in_their_box(kind, direction: str) -> None:
+    rollout = pushed(kind(ROBOT, (0.5, 0.0)), 30.0, AXES[direction])
+    away = np.abs(rollout.zmp - rollout.support_foot)
+    assert (away <= np.array(ROBOT.foot.half) + 1e-9).all()
+    assert (away.max(axis=0) > 0.05).any()  # it is used
+    for step in rollout.footsteps:
+        assert step.duration == pytest.approx(0.5, abs=1e-9)
+        low, high = ROBOT.gait.step_box(step.side, ROBOT.hip)
+        assert (np.array(step.step) >= np.array(low) - 1e-9).all()
+        assert (np.array(step.step) <= np.array(high) + 1e-9).all()
+
+
+def test_fixed_steps_are_fixed() -> None:
+    controller = sf.LinearMpc(ROBOT, (0.5, 0.0))
+    for step in pushed(controller, 25.0).footsteps:
+        assert step.step == pytest.approx(controller.gait.step(step.side), abs=1e-9)
+
+
+def test_a_landing_is_within_reach_of_the_leg() -> None:
+    """With a slow leg the program itself does not ask for more than the foot can do per axis."""
+    slow = ROBOT.replace(swing=sf.Swing(max_speed=2.0))
+    controller = sf.FootPlacementMpc(slow, (0.5, 0.0))
+    rollout = sf.simulate(controller, 3.0, [sf.Push(1.4, 0.05, (900.0, 0.0))])
+    asked = rollout.commands["step_location"] - rollout.observations["swing_foot"][:, :2]
+    left = rollout.commands["step_duration"] - rollout.observations["elapsed"]
+    assert (np.abs(asked) <= 2.0 * left[:, None] + 1e-9).all()
+    free = sf.simulate(
+        sf.FootPlacementMpc(ROBOT, (0.5, 0.0)), 3.0, [sf.Push(1.4, 0.05, (900.0, 0.0))]
+    )
+    assert free.footsteps[2].step[0] > rollout.footsteps[2].step[0] + 0.01
+
+
+PROTOTYPE = {
+    "linear-mpc": (20.0, 23.0, 10.0, 13.0),
+    "foot-placement-mpc": (58.0, 92.0, 47.8, 22.0),
+    "ankle-hip-step-mpc": (58.0, 92.0, 47.8, 22.0),
+}
+"""Smallest failing impulses of other implementations, forward, back, outward, inward [N s]; the
+57 N s outward of foot placement is more than fixed timing allows in this step box, see
+`test_what_fixed_timing_allows`."""
+
+
+@pytest.mark.parametrize("name", KINDS)
+@pytest.mark.parametrize("direction", AXES)
+def test_it_is_at_its_best(name: str, direction: str) -> None:
+    """At least nine tenths of what others reach with the method."""
+    controller = KINDS[name](ROBOT, (0.5, 0.0))
+    least = 0.9 * PROTOTYPE[name][list(AXES).index(direction)]
+    assert pushed(controller, least, AXES[direction]).outcome is sf.Outcome.RECOVERED
+    half = pushed(controller, 0.5 * least, AXES[direction])
+    assert half.outcome is sf.Outcome.RECOVERED
+
+
+def test_what_fixed_timing_allows() -> None:
+    """With every step of 0.5 s, no policy takes more than 47.8 N s towards the swing foot."""
+    growth, left = math.exp(OMEGA * 0.5), math.exp(-OMEGA * 0.4)
+    narrow, wide = 0.0, 0.5
+    least = (growth * narrow - wide) / (growth**2 - 1.0)
+    offset = 0.2 / (1.0 + growth) * math.exp(OMEGA * 0.1)
+    per_offset = 0.2 * 70.0 * OMEGA**2 / (1.0 - math.exp(-OMEGA * 0.2))
+    limit = per_offset * (left * (wide - least) - offset + 0.055)
+    assert limit == pytest.approx(47.8, abs=0.1)
+    controller = sf.FootPlacementMpc(ROBOT, (0.5, 0.0))
+    assert pushed(controller, limit - 2.0, (0.0, 1.0)).outcome is sf.Outcome.RECOVERED
+    assert pushed(controller, limit + 1.0, (0.0, 1.0)).outcome is sf.Outcome.FELL
+
+
+def test_hips_survive_what_feet_alone_do_not() -> None:
+    feet, hips = sf.FootPlacementMpc(ROBOT, (0.5, 0.0)), sf.AnkleHipStepMpc(ROBOT, (0.5, 0.0))
+    assert pushed(feet, 61.0).outcome is sf.Outcome.FELL
+    rollout = pushed(hips, 61.0)
+    assert rollout.outcome is sf.Outcome.RECOVERED
+    lean, torque = rollout.observations["trunk_lean"], rollout.commands["hip_torque"]
+    assert 0.2 < np.abs(lean).max() <= 0.5
+    assert 50.0 < np.abs(torque).max() <= 100.0 + 1e-6
+    assert np.abs(lean[-1]).max() < 0.01  # what was borrowed is given back
+
+
+def test_solved_less_often_it_reacts_later() -> None:
+    often = sf.FootPlacementMpc(ROBOT, (0.5, 0.0))
+    seldom = sf.FootPlacementMpc(ROBOT, (0.5, 0.0), solve_period=0.1)
+    push = sf.Push(1.13, 0.05, (400.0, 0.0))
+    reacted = []
+    for controller in (often, seldom):
+        rollout = sf.simulate(controller, 2.0, [push])
+        off = np.hypot(*(rollout.zmp - rollout.support_foot).T) > 1e-6
+        reacted.append(rollout.time[off][0])
+    assert reacted == pytest.approx([1.135, 1.2], abs=1e-6)
+
+
+def test_a_solver_that_fails_is_told(kind, monkeypatch) -> None:
+    """The robot stands on the centre of its foot and steps as planned; nothing raises."""
+    controller = kind(ROBOT, (0.5, 0.0))
+    monkeypatch.setattr(receding_horizon, "_solver", lambda: lambda *_: (None, 0.0, -1, {}))
+    observation = controller.first_observation()
+    command, _ = controller.step(controller.start(observation), observation)
+    assert sf.Status.NOT_CONVERGED in command.status
+    assert command.zmp == pytest.approx(observation.support_foot)
+    planned = observation.support_foot + controller.gait.step(sf.Side.RIGHT)
+    assert command.step_location == pytest.approx(planned, abs=1e-12)
+
+
+def test_without_its_solver_the_message_names_the_installation(kind, monkeypatch) -> None:
+    def missing(name: str):
+        raise ModuleNotFoundError(f"No module named {name!r}", name=name)
+
+    monkeypatch.setattr("surefoot.checks.import_module", missing)
+    receding_horizon._solver.cache_clear()
+    try:
+        with pytest.raises(sf.MissingExtraError, match=r'pip install "surefoot\[mpc\]"'):
+            kind(ROBOT, (0.5, 0.0))
+    finally:
+        receding_horizon._solver.cache_clear()
+
+
+def test_it_goes_to_another_process(kind) -> None:
+    controller = kind(ROBOT, (0.5, 0.0))
+    there = pickle.loads(pickle.dumps(controller))
+    here, again = pushed(controller, 20.0), pushed(there, 20.0)
+    assert here.observations.tobytes() == again.observations.tobytes()
+
+
+def test_hips_need_a_trunk() -> None:
+    with pytest.raises(sf.RobotError, match=r"a robot with a trunk .* add a table \[trunk\]"):
+        sf.AnkleHipStepMpc(ROBOT.replace(trunk=None), (0.5, 0.0))
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"samples": 0}, "`samples` as a whole number of at least 1"),
+        ({"samples": 1.5}, "`samples` as a whole number"),
+        ({"sample": 0.0}, r"`sample` above 0 \[s\]"),
+        ({"solve_period": 0.001}, r"`solve_period` of at least 0.005 \[s\]"),
+        ({"zmp_weight": 0.0}, "`zmp_weight` above 0"),
+        ({"velocity_weight": -1.0}, "`velocity_weight` of at least 0"),
+    ],
+)
+def test_parameters_that_make_no_sense(kind, arguments, message: str) -> None:
+    with pytest.raises(sf.ParameterError, match=message):
+        kind(ROBOT, (0.5, 0.0), **arguments)
