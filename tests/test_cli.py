@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 from click.testing import CliRunner, Result
+from msgspec import structs
 
 import surefoot as sf
 from surefoot.cli import main
@@ -32,7 +33,7 @@ def test_walk_tells_what_happened() -> None:
 
 def test_walk_json_holds_what_was_promised() -> None:
     result = run("walk", *PUSH, "--json")
-    told = json.loads(result.output)
+    told = json.loads(result.stdout)
     assert told["outcome"] == "recovered"
     for name in ("side", "location", "duration", "dcm_offset"):
         assert name in told["steps"][2]
@@ -46,7 +47,7 @@ def test_walk_json_holds_what_was_promised() -> None:
 
 
 def test_json_agrees_with_the_library() -> None:
-    told = json.loads(run("walk", *PUSH, "--json").output)
+    told = json.loads(run("walk", *PUSH, "--json").stdout)
     controller = sf.HybridController(sf.load_robot("paper-biped"), (0.5, 0.0))
     rollout = sf.simulate(controller, 6.0, [sf.Push(1.1, 0.2, (176.0, 0.0))])
     assert [step["duration"] for step in told["steps"]] == [s.duration for s in rollout.footsteps]
@@ -57,7 +58,7 @@ def test_a_fall_exits_with_1_and_its_evidence() -> None:
     assert result.exit_code == 1
     assert "fell at 1.5" in result.output
     assert "mostly forward" in result.output
-    told = json.loads(run("walk", "--push", "1300,0@1.1+0.2", "--json").output)
+    told = json.loads(run("walk", "--push", "1300,0@1.1+0.2", "--json").stdout)
     assert told["fall"]["limit"] == "forward"
 
 
@@ -70,7 +71,7 @@ def test_several_pushes_and_an_endless_one() -> None:
 
 
 def test_a_new_velocity_on_the_way() -> None:
-    told = json.loads(run("walk", "--then", "0.2,0.1@2.0", "--json").output)
+    told = json.loads(run("walk", "--then", "0.2,0.1@2.0", "--json").stdout)
     assert told["velocity"] == [0.2, 0.1]
     assert told["final_velocity"] == pytest.approx([0.2, 0.1], abs=1e-3)
 
@@ -141,7 +142,7 @@ def test_footholds_are_walked_over(tmp_path: Path) -> None:
     path = tmp_path / "steps.csv"
     path.write_text(CSV)
     result = run("walk", "--footholds", str(path), "--double-support", "0.2", "--json")
-    told = json.loads(result.output)
+    told = json.loads(result.stdout)
     assert told["controller"] == "FootholdTracking"
     assert told["steps"][0]["location"] == pytest.approx([0.25, 0.1])
     assert told["steps"][1]["location"] == pytest.approx([0.25, -0.1])
@@ -194,11 +195,51 @@ def test_robots_lists_the_presets() -> None:
 
 def test_limits_prints_the_viable_offsets() -> None:
     assert "-0.4929 .. +0.4929 m" in run("limits").output
-    told = json.loads(run("limits", "--robot", "paper-biped", "--json").output)
+    told = json.loads(run("limits", "--robot", "paper-biped", "--json").stdout)
     assert told["omega"] == pytest.approx(3.5018, abs=5e-5)
     assert told["largest_speed"]["forward"] == pytest.approx(2.5)
     assert told["viable_offset"]["point_foot"]["y"] == pytest.approx([-0.3294, 0.1635], abs=5e-5)
     assert told["viable_offset"]["finite_foot"]["x"][1] == pytest.approx(0.5929, abs=5e-5)
+
+
+def test_limits_prints_the_largest_survivable_pushes() -> None:
+    printed = run("limits", "--phases", "5").output
+    assert "Largest push that any policy can survive" in printed
+    assert "A leg of at most 3 m/s" in printed
+    unlimited = printed.split("An unlimited leg")[1]
+    (row,) = [line for line in unlimited.split("A leg of")[0].splitlines() if " 0.10 " in line]
+    robot = sf.load_robot("paper-biped")
+    limit = sf.push_limit(robot, (1.0, 0.0))
+    assert row.split()[1:3] == [f"{limit.impulse:.0f}", f"{limit.delta_v:.2f}"]
+    assert "Computed again" not in printed
+
+
+def test_limits_json_holds_the_pushes_and_their_check() -> None:
+    told = json.loads(
+        run(
+            "limits", "--velocity", "0.3", "0", "--push-duration", "0.1", "--leg-speed", "4",
+            "--phases", "2", "--check", "--json",
+        ).stdout
+    )["push_limit"]  # fmt: skip
+    assert told["velocity"] == [0.3, 0.0]
+    assert [leg["leg_speed"] for leg in told["legs"]] == [4.0]
+    robot = sf.load_robot("paper-biped")
+    robot = robot.replace(swing=structs.replace(robot.swing, max_speed=4.0))
+    limit = sf.push_limit(
+        robot, (0.0, -1.0), velocity=(0.3, 0.0), elapsed=told["elapsed"][1], duration=0.1,
+        zmp_reach=robot.foot.half,
+    )  # fmt: skip
+    inward = told["legs"][0]["finite_foot"]["inward"]
+    assert inward["impulse"][1] == pytest.approx(limit.impulse)
+    assert inward["delta_v"][1] == pytest.approx(limit.delta_v)
+    assert told["fixed_steps"]["forward"]["impulse"][0] > 0.0
+    assert told["check"]["fraction"] < 0.01
+
+
+def test_limits_of_a_slow_robot_are_printed_too(tmp_path: Path) -> None:
+    slow = run("robots", "--show", "paper-biped").output.replace("[-0.5, 0.5]", "[-0.05, 0.05]")
+    (tmp_path / "slow.toml").write_text(slow)
+    assert "walk at (0.25, 0) m/s" in run("limits", "--robot", str(tmp_path / "slow.toml")).output
 
 
 def test_the_installed_command_answers() -> None:

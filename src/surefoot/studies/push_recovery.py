@@ -24,6 +24,10 @@ RECOVERY_TIME = 8.0
 """A robot that is not back on the nominal gait this long after the push has not recovered [s]."""
 
 
+COMPILED_PORTION, PORTION = 64, 8
+"""How many impulses are tried at once, with a compiled controller and without."""
+
+
 @dataclass(frozen=True)
 class PushLimit:
     """The smallest failing impulse in one direction.
@@ -63,7 +67,7 @@ def smallest_failing_push(
     `simulation.outcome`).
 
     Args:
-        controller: what decides; it must have a compiled kernel.
+        controller: what decides.
         direction: of the push (x, y), of any length but zero.
         start: when the push begins [s].
         duration: how long it lasts [s].
@@ -92,7 +96,8 @@ def smallest_failing_push(
     mass = controller.robot.mass
     impulses: NDArray[np.float64] = step * np.arange(math.floor(largest / step) + 1.0)
     # In portions, so that a scan ends soon after the first failure.
-    for portion in np.array_split(impulses, math.ceil(len(impulses) / 64)):
+    size = PORTION if controller.kernel is None else COMPILED_PORTION
+    for portion in np.array_split(impulses, math.ceil(len(impulses) / size)):
         results = _push_all(
             controller, portion, unit_vector, start, duration, first_support, workers
         )

@@ -10,6 +10,7 @@ from pathlib import Path
 
 from surefoot.errors import FileError, ParameterError
 from surefoot.version import VERSION
+from surefoot.viewers.plain_table import Table, markdown_table
 
 COLUMNS = ("where", "what", "paper", "ours", "verdict", "why")
 """Of the table of claims."""
@@ -36,23 +37,6 @@ figure { margin: 1.4rem 0; } figcaption { font-size: .9rem; margin-top: .3rem; }
 img { max-width: 100%; height: auto; background: #fff; border-radius: 4px; }
 @media (prefers-color-scheme: dark) { :root { --good: #5fd3b0; --bad: #ff8095; } }
 """
-
-
-@dataclass(frozen=True)
-class Table:
-    """A table that follows the claims.
-
-    Attributes:
-        title: its heading.
-        note: what it shows, in a sentence or two.
-        columns: headings.
-        rows: one text for each column; numbers as they are to be read.
-    """
-
-    title: str
-    note: str
-    columns: Sequence[str]
-    rows: Sequence[Sequence[str]]
 
 
 @dataclass(frozen=True)
@@ -158,9 +142,9 @@ def page(report: PaperReport) -> str:
 def text(report: PaperReport) -> str:
     """The report in Markdown; its pictures lie in a folder beside it."""
     lines = ["# The paper, figure by figure and number by number", "", _summary(report), ""]
-    lines += _markdown_table(("parameter", "value"), report.parameters)
+    lines += markdown_table(("parameter", "value"), report.parameters)
     lines += ["## Claims", ""]
-    lines += _markdown_table(COLUMNS, report.claims)
+    lines += markdown_table(COLUMNS, report.claims)
     lines += ["## Figures", ""]
     for name in report.pictures:
         caption = report.captions[name]
@@ -169,7 +153,7 @@ def text(report: PaperReport) -> str:
         lines += [f"{CLOCK_WORDS}: [{name}.png]({PICTURES}/{name}.png).", ""]
     for table in report.tables:
         lines += [f"## {table.title}", "", table.note, ""]
-        lines += _markdown_table(table.columns, table.rows)
+        lines += markdown_table(table.columns, table.rows)
     return "\n".join(lines)
 
 
@@ -202,11 +186,3 @@ def _cell(column: str, value: str) -> str:
     elif value.replace(".", "", 1).isdigit():
         kind = ' class="number"'
     return f"<td{kind}>{escape(value)}</td>"
-
-
-def _markdown_table(columns: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
-    lines = ["| " + " | ".join(columns) + " |", "|" + " --- |" * len(columns)]
-    for row in rows:
-        # A bar would end the cell.
-        lines.append("| " + " | ".join(value.replace("|", "\\|") for value in row) + " |")
-    return [*lines, ""]

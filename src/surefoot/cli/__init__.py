@@ -1,0 +1,42 @@
+"""The command line: the one place, beside the package's front door, that wires everything.
+
+Imports are inside the commands, so that `surefoot --help` starts at once.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import click
+
+from surefoot.cli.compare import compare
+from surefoot.cli.limits import limits
+from surefoot.cli.reproduce import reproduce
+from surefoot.cli.robots import robots
+from surefoot.cli.walk import walk
+from surefoot.errors import SurefootError
+from surefoot.version import VERSION
+
+MISUSE = 2
+"""Exit status of a command that is wrong."""
+
+
+class _Commands(click.Group):
+    """A group that tells a caller's mistake in one line and exits with 2."""
+
+    def invoke(self, ctx: click.Context) -> Any:
+        try:
+            return super().invoke(ctx)
+        except SurefootError as error:
+            click.echo(f"error: {error}", err=True)
+            ctx.exit(MISUSE)
+
+
+@click.group(cls=_Commands, context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(VERSION, prog_name="surefoot")
+def main() -> None:
+    """Make a biped walk, and keep walking when it is pushed."""
+
+
+for command in (walk, robots, limits, reproduce, compare):
+    main.add_command(command)

@@ -1,0 +1,72 @@
+"""What several commands share: the robot, plots and JSON, and a word while kernels compile."""
+
+from __future__ import annotations
+
+import json
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+import click
+
+if TYPE_CHECKING:
+    from surefoot.models.robot import Robot
+
+robot_option = click.option(
+    "--robot",
+    default="paper-biped",
+    show_default=True,
+    metavar="NAME|FILE.toml",
+    help="A preset (see `surefoot robots`) or your own file.",
+)
+json_option = click.option("--json", "as_json", is_flag=True, help="Print JSON instead of a table.")
+
+
+def robot_with(name_or_path: str, leg_speed: float | None) -> Robot:
+    """A robot by its name, with another speed limit of its swing foot [m/s] if one is given.
+
+    Raises:
+        RobotError: there is no such robot, or the speed is not positive.
+    """
+    from msgspec import structs
+
+    from surefoot.models.robot import load_robot
+
+    robot = load_robot(name_or_path)
+    if leg_speed is None:
+        return robot
+    return robot.replace(swing=structs.replace(robot.swing, max_speed=leg_speed))
+
+
+def check_plotting() -> None:
+    """Tell early that pictures cannot be drawn.
+
+    Raises:
+        MissingExtraError: matplotlib is not installed.
+    """
+    from surefoot.checks import optional_module
+
+    optional_module("matplotlib", "pictures", "plot")
+
+
+@contextmanager
+def compiling_notice() -> Iterator[None]:
+    """Say what takes so long, should it take long: the very first run on a machine compiles."""
+    timer = threading.Timer(
+        1.5,
+        click.echo,
+        ("compiling for this machine, only this once (about 10 s) ...",),
+        {"err": True},
+    )
+    timer.daemon = True
+    timer.start()
+    try:
+        yield
+    finally:
+        timer.cancel()
+
+
+def print_json(values: dict[str, Any]) -> None:
+    """Print values for machines; a number that JSON has no word for is a defect."""
+    click.echo(json.dumps(values, indent=2, allow_nan=False))

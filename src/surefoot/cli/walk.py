@@ -1,0 +1,247 @@
+"""`surefoot walk`: walk, get pushed, recover; tell what happened."""
+
+from __future__ import annotations
+
+import re
+import sys
+from dataclasses import fields
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from surefoot.cli.arguments import (
+    check_plotting,
+    compiling_notice,
+    json_option,
+    print_json,
+    robot_option,
+    robot_with,
+)
+from surefoot.errors import ParameterError
+
+if TYPE_CHECKING:
+    from surefoot.models.interfaces import Controller
+    from surefoot.models.robot import Robot
+
+RECOVERED, FELL = 0, 1
+"""Exit status."""
+
+METHODS = (
+    "hybrid",
+    "tracking",
+    "tracking-stiff",
+    "preview-control",
+    "linear-mpc",
+    "capture-point",
+    "foot-placement-mpc",
+    "foot-placement-mpc-100ms",
+    "ankle-hip-step-mpc",
+    "step-timing",
+    "timing-nlp",
+)
+"""The keys of `control.methods`, here too so that `--help` need not load them; a test compares."""
+
+OPTION_OF = {"project_zmp": "--unprojected", "double_support": "--double-support"}
+
+
+@click.command()
+@robot_option
+@click.option(
+    "--velocity",
+    nargs=2,
+    type=float,
+    default=(0.5, 0.0),
+    show_default=True,
+    metavar="VX VY",
+    help="Commanded velocity [m/s]: x forward, y to the left.",
+)
+@click.option(
+    "--then",
+    "changes",
+    multiple=True,
+    metavar="VX,VY@TIME",
+    help="Another velocity from TIME [s] on; may be repeated.",
+)
+@click.option(
+    "--footholds",
+    type=click.Path(path_type=Path),
+    metavar="FILE.csv|.toml",
+    help="Walk over these footholds instead of at a velocity, by tracking; then step in place.",
+)
+@click.option(
+    "--controller",
+    type=click.Choice(METHODS),
+    default="hybrid",
+    show_default=True,
+    metavar="METHOD",
+    help=f"What decides: {', '.join(METHODS)}.",
+)
+@click.option(
+    "--simulator",
+    type=click.Choice(["lipm"]),
+    default="lipm",
+    show_default=True,
+    expose_value=False,
+    help="The world: the linear inverted pendulum, a point mass on two feet.",
+)
+@click.option(
+    "--duration",
+    type=float,
+    default=6.0,
+    show_default=True,
+    metavar="S",
+    help="How long to walk [s].",
+)
+@click.option(
+    "--push",
+    "pushes",
+    multiple=True,
+    metavar="FX,FY@START+DURATION",
+    help="A force [N] on the trunk from START for DURATION [s]; may be repeated.",
+)
+@click.option(
+    "--leg-speed",
+    type=float,
+    metavar="M/S",
+    help="Speed limit of the swing foot; the robot's own if left out.",
+)
+@click.option(
+    "--double-support",
+    type=float,
+    default=0.0,
+    show_default=True,
+    metavar="FRACTION",
+    help="Part of each step for which both feet share the load, for example 0.2.",
+)
+@click.option(
+    "--unprojected",
+    is_flag=True,
+    help="Let the ZMP of tracking leave the foot, as the paper's figures do.",
+)
+@click.option(
+    "--plot",
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    help="Draw the walk (.png, .pdf, .svg).",
+)
+@click.option(
+    "--save",
+    type=click.Path(path_type=Path),
+    metavar="FILE.npz",
+    help="Keep every cycle of the walk.",
+)
+@json_option
+def walk(
+    robot: str, velocity: tuple[float, float], changes: tuple[str, ...],
+    footholds: Path | None, controller: str, duration: float, pushes: tuple[str, ...],
+    leg_speed: float | None, double_support: float, unprojected: bool,
+    plot: Path | None, save: Path | None, as_json: bool,
+) -> None:  # fmt: skip
+    """Walk, get pushed, recover; tell what happened.
+
+    Exits with 0 if the robot still walks, with 1 if it fell, with 2 if the command is wrong.
+
+    Example: surefoot walk --push 176,0@1.1+0.2 --plot walk.png
+    """
+    from surefoot.models.pushes import parse_push
+
+    forces = [parse_push(text) for text in pushes]
+    velocities = [(time, (x, y)) for x, y, time in map(parse_change, changes)]
+    _check_outputs(plot, save)
+    parameters: dict[str, Any] = {}
+    if unprojected:
+        parameters["project_zmp"] = False
+    if double_support != 0.0:
+        parameters["double_support"] = double_support
+    with compiling_notice():
+        body = robot_with(robot, leg_speed)
+        if footholds is None:
+            brain = _controller(controller, body, velocity, **parameters)
+        else:
+            brain = _foothold_controller(footholds, body, **parameters)
+        from surefoot.simulation.outcome import Outcome
+        from surefoot.simulation.simulate import simulate
+
+        rollout = simulate(brain, duration, forces, velocity_changes=velocities)
+    if save is not None:
+        rollout.save(save)
+    if plot is not None:
+        rollout.plot(plot)
+    _print_walk(rollout, as_json)
+    sys.exit(FELL if rollout.outcome is Outcome.FELL else RECOVERED)
+
+
+def parse_change(text: str) -> tuple[float, float, float]:
+    """VX,VY@TIME as numbers [m/s, m/s, s].
+
+    Raises:
+        ParameterError: the text has another form.
+    """
+    from surefoot.models.pushes import NUMBER
+
+    match = re.fullmatch(rf"({NUMBER}),({NUMBER})@({NUMBER})", text)
+    if match is None:
+        raise ParameterError(
+            "--then VX,VY@TIME in metres per second and seconds",
+            repr(text),
+            "write for example --then 0.3,0.1@2.5, without spaces",
+        )
+    x, y, time = map(float, match.groups())
+    return x, y, time
+
+
+def _controller(
+    name: str, robot: Robot, velocity: tuple[float, float], **parameters: Any
+) -> Controller:
+    from surefoot.control.methods import METHODS as ALL
+    from surefoot.control.methods import method
+
+    for parameter in parameters:
+        able = [one.key for one in ALL if parameter in {f.name for f in fields(one.make)}]
+        if name not in able:
+            raise ParameterError(
+                f"{OPTION_OF[parameter]} with a controller that knows it ({', '.join(able)})",
+                f"--controller {name}",
+                "leave the option out, or choose another controller",
+            )
+    return method(name).controller(robot, velocity, **parameters)
+
+
+def _foothold_controller(path: Path, robot: Robot, **parameters: Any) -> Controller:
+    from surefoot.control.foothold_tracking import FootholdTracking
+    from surefoot.models.footholds import load_footholds
+
+    given = click.get_current_context().get_parameter_source
+    for name in ("velocity", "changes", "controller"):
+        if given(name) is not click.core.ParameterSource.DEFAULT:
+            raise ParameterError(
+                "--footholds alone: they say where and when to step",
+                f"--{'then' if name == 'changes' else name} too",
+                "leave one of them out",
+            )
+    return FootholdTracking(robot, load_footholds(path, robot), **parameters)
+
+
+def _check_outputs(plot: Path | None, save: Path | None) -> None:
+    """Tell before the walk, not after it, that its results could not be kept."""
+    from surefoot.checks import check_writable
+
+    if save is not None:
+        check_writable(save, (".npz",))
+    if plot is not None:
+        check_plotting()
+        from surefoot.viewers.walk_figure import check_figure_path
+
+        check_figure_path(plot)
+
+
+def _print_walk(rollout: Any, as_json: bool) -> None:
+    from surefoot.viewers.walk_summary import print_walk, walk_summary
+
+    if as_json:
+        print_json(walk_summary(rollout))
+        return
+    from rich.console import Console
+
+    print_walk(rollout, Console())

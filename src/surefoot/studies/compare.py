@@ -1,0 +1,314 @@
+"""Compare control methods: the smallest push that each fails on, beside the limit for anybody.
+
+Cells are shared among processes; every finished one is kept, so a study that was stopped goes on
+where it was.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import math
+import multiprocessing
+import platform
+import signal
+import time
+import traceback
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures.process import BrokenProcessPool
+from dataclasses import asdict, dataclass
+from datetime import date
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+import numba
+import numpy as np
+
+from surefoot.checks import optional_module
+from surefoot.compiling import source_stamp
+from surefoot.control.methods import method
+from surefoot.errors import (
+    MissingExtraError,
+    ParameterError,
+    RobotError,
+    StudyError,
+    SurefootError,
+)
+from surefoot.models.robot import Robot
+from surefoot.studies.compare_remarks import remarks
+from surefoot.studies.protocol import Cell, Protocol, cell_key, every_method
+from surefoot.studies.push_cell import controller_of, decision_times, limits_of, measure
+from surefoot.studies.shards import Shards, write_table
+from surefoot.version import VERSION
+
+TABLE = "compare.parquet"
+"""The name of the table in its folder."""
+
+KEEP_EVERY = 5.0
+"""A finished cell waits no longer than this to be written to disk [s]."""
+
+TIMING_IMPULSE = 0.6
+"""Decision times are taken under a push of this fraction of the smallest that fails."""
+
+
+SOLVERS = ("daqp", "casadi")
+"""Libraries that decide for some methods."""
+
+TOLD = ("key", "label", "source", "adapts", "cannot")
+"""What a table says of a method."""
+
+
+@dataclass(frozen=True)
+class Failure:
+    """A cell that could not be measured, and why."""
+
+    cell: Cell
+    error: str
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """What was measured, as plain data for whoever shows it.
+
+    Attributes:
+        rows: see `measure`.
+        methods: see `methods_of`.
+        provenance: what the table says of itself.
+        remarks: what it says of the paper's own comparison, in paragraphs.
+        failures: cells that could not be measured.
+    """
+
+    rows: list[dict[str, Any]]
+    methods: list[dict[str, Any]]
+    provenance: dict[str, str]
+    remarks: list[str]
+    failures: list[Failure]
+
+    def as_numbers(self) -> dict[str, Any]:
+        """All of it for JSON, which has no word for infinity: null, for a leg without a limit or a
+        scan on which nothing failed."""
+        return {
+            "rows": [_without_infinity(row) for row in self.rows],
+            "methods": [_without_infinity(row) for row in self.methods],
+            "provenance": self.provenance,
+            "remarks": self.remarks,
+            "failures": [{**asdict(one.cell), "error": one.error} for one in self.failures],
+        }
+
+
+def _without_infinity(row: dict[str, Any]) -> dict[str, Any]:
+    return {
+        name: None if isinstance(value, float) and not math.isfinite(value) else value
+        for name, value in row.items()
+    }
+
+
+def compare_methods(
+    protocol: Protocol,
+    folder: Path,
+    *,
+    workers: int = -1,
+    report: Callable[[int, int], None] | None = None,
+) -> Comparison:
+    """Measure what is missing, and write the table into `folder`/compare.parquet.
+
+    Args:
+        protocol: the questions.
+        folder: keeps the rows; rows of the same robot, velocity and version may be there already.
+        workers: processes, -1 for all cores.
+        report: called with the number of cells that are there, and that of all.
+
+    Raises:
+        ParameterError: no workers.
+        FileError: the folder cannot be written to, or holds rows of another study.
+        StudyError: nothing could be measured, or a worker was killed.
+        MissingExtraError: joblib, polars or the library of a method is not installed.
+        SurefootError: a method cannot control this robot.
+    """
+    check_workers(workers)
+    for key in protocol.methods:
+        controller_of(protocol, key, protocol.leg_speeds[0])  # refused now rather than cell by cell
+    shards = open_shards(protocol, folder)
+    rows, failures = run_comparison(protocol, shards, workers=workers, report=report)
+    if not rows:
+        raise StudyError(
+            "a cell that can be measured", failures[0].error.strip(), "mend that, and try again"
+        )
+    about = provenance(protocol)
+    write_table(rows, folder / TABLE, {"provenance": about})
+    methods = methods_of(protocol, rows)
+    write_table(rows, folder / TABLE, {"provenance": about, "methods": methods})
+    return Comparison(rows, methods, about, remarks(rows), failures)
+
+
+def check_workers(workers: int) -> None:
+    """Refuse a study that nobody works on.
+
+    Raises:
+        ParameterError: no workers.
+    """
+    if workers == 0:
+        raise ParameterError("a number of workers", "0", "leave it out for all cores")
+
+
+def open_shards(protocol: Protocol, folder: Path) -> Shards:
+    """The growing table of a comparison in a folder.
+
+    Raises:
+        FileError: the folder cannot be written to, or holds rows of another study.
+        MissingExtraError: polars is not installed.
+    """
+    common = {
+        **protocol.same_for_all(),
+        "version": VERSION,
+        "sources": study_stamp(),
+        "solvers": {name: installed_version(name) for name in SOLVERS},
+    }
+    return Shards(folder, common)
+
+
+def _measured(protocol: Protocol, cell: Cell) -> tuple[Cell, dict[str, Any] | str]:
+    """`measure` for another process: an error comes back as text, with its cell."""
+    if multiprocessing.parent_process() is not None:
+        # Ctrl-C is for the study, which keeps what it has and ends its workers.
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        return cell, measure(protocol, cell)
+    except SurefootError as error:
+        return cell, str(error)
+    except Exception:  # whatever it is, the other cells go on and this one is reported
+        return cell, traceback.format_exc()
+
+
+def run_comparison(
+    protocol: Protocol,
+    shards: Shards,
+    *,
+    workers: int = -1,
+    report: Callable[[int, int], None] | None = None,
+) -> tuple[list[dict[str, Any]], list[Failure]]:
+    """Measure every cell that is not there yet; a study that is stopped keeps what it has.
+
+    Args:
+        protocol: the questions.
+        shards: keeps the rows.
+        workers: processes, -1 for all cores.
+        report: called with the number of cells that are there, and that of all.
+
+    Returns:
+        The rows of this protocol, in its order, and the cells that could not be measured.
+
+    Raises:
+        ParameterError: no workers.
+        StudyError: a worker was killed from outside.
+        MissingExtraError: joblib is not installed.
+    """
+    check_workers(workers)
+    have = {cell_key(_cell_of(row)): row for row in shards.rows}
+    wanted = {cell_key(cell): cell for cell in protocol.cells()}
+    # Cells that are walked alike are walked once.
+    walks = {cell_key(walked): walked for walked in map(protocol.walked, wanted.values())}
+    missing = [cell for key, cell in walks.items() if key not in have]
+    failures: list[Failure] = []
+    fresh: list[dict[str, Any]] = []
+    kept = time.monotonic()
+    try:
+        for done, (cell, result) in enumerate(_parallel(protocol, missing, workers), start=1):
+            if isinstance(result, str):
+                failures.append(Failure(cell, result))
+            else:
+                fresh.append(result)
+                have[cell_key(cell)] = result
+            if time.monotonic() - kept > KEEP_EVERY:
+                shards.add(fresh)
+                fresh, kept = [], time.monotonic()
+            if report is not None:
+                report(len(walks) - len(missing) + done, len(walks))
+    except BrokenProcessPool as error:
+        raise StudyError(
+            "workers that live as long as their study",
+            "one that was killed, perhaps for want of memory",
+            "what is measured is kept: give the same command again, with fewer --workers",
+        ) from error
+    finally:
+        shards.add(fresh)
+    rows = []
+    for cell in wanted.values():
+        row = have.get(cell_key(protocol.walked(cell)))
+        if row is not None:
+            rows.append({**row, **asdict(cell), **limits_of(protocol, cell)})
+    return rows, failures
+
+
+def _cell_of(row: dict[str, Any]) -> Cell:
+    return Cell(**{name: row[name] for name in Cell.__dataclass_fields__})
+
+
+def _parallel(
+    protocol: Protocol, cells: Iterable[Cell], workers: int
+) -> Iterator[tuple[Cell, dict[str, Any] | str]]:
+    joblib = optional_module("joblib", "studies on all cores", "study")
+    jobs = (joblib.delayed(_measured)(protocol, cell) for cell in cells)
+    yield from joblib.Parallel(n_jobs=workers, return_as="generator_unordered")(jobs)
+
+
+def methods_of(protocol: Protocol, rows: Iterable[dict[str, Any]]) -> list[dict[str, Any]]:
+    """What a reader is told of each method that was measured, with the time that a cycle takes."""
+    told, rows = [], list(rows)
+    for key in protocol.methods:
+        own = [row for row in rows if row["method"] == key]
+        if own:
+            words = {name: getattr(method(key), name) for name in TOLD}
+            failing = min(min(row["impulse"], row["scanned"]) for row in own)
+            told.append(words | decision_times(protocol, key, TIMING_IMPULSE * failing))
+    return told
+
+
+def able_methods(robot: Robot, velocity: tuple[float, float]) -> tuple[list[str], dict[str, str]]:
+    """Which methods can be compared on a robot at a velocity [m/s], and why the others cannot.
+
+    Returns:
+        Their keys, but for the slow ones; and by its key, the reason of each that is left out.
+    """
+    able, left_out = [], {}
+    for key in every_method():
+        try:
+            method(key).controller(robot, velocity)
+        except (RobotError, MissingExtraError) as error:
+            left_out[key] = str(error)
+        else:
+            able.append(key)
+    return able, left_out
+
+
+def study_stamp() -> str:
+    """All sources that a row depends on, as a hash: the kernels, and what asks the questions."""
+    digest = hashlib.sha256(source_stamp().encode())
+    for name in ("compare", "protocol", "push_cell", "push_recovery"):
+        digest.update((Path(__file__).parent / f"{name}.py").read_bytes())
+    return digest.hexdigest()
+
+
+def installed_version(name: str) -> str:
+    """The version of a library, or "none"."""
+    try:
+        return metadata.version(name)
+    except metadata.PackageNotFoundError:
+        return "none"
+
+
+def provenance(protocol: Protocol) -> dict[str, str]:
+    """What a table must say of itself to be made again."""
+    return {
+        "version": VERSION,
+        "sources": study_stamp()[:16],
+        "robot": protocol.robot.name,
+        "mass": f"{protocol.robot.mass:g} kg",
+        "velocity": f"{protocol.velocity[0]:g}, {protocol.velocity[1]:g} m/s",
+        "python": platform.python_version(),
+        "numpy": np.__version__,
+        "numba": numba.__version__,
+        **{name: installed_version(name) for name in SOLVERS},
+        "machine": f"{platform.system()} {platform.machine()}",
+        "date": date.today().isoformat(),
+    }

@@ -1,0 +1,114 @@
+"""One cell of a comparison: where a method fails, where anybody would, and what a cycle costs."""
+
+from __future__ import annotations
+
+import math
+import time
+from dataclasses import asdict
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from surefoot.control.methods import method
+from surefoot.models.footsteps import Side
+from surefoot.models.interfaces import Controller
+from surefoot.models.pushes import Push
+from surefoot.planning.push_limit import fixed_steps_limit, push_limit
+from surefoot.simulation.simulate import simulate
+from surefoot.studies.protocol import Cell, Protocol
+from surefoot.studies.push_recovery import smallest_failing_push
+
+LARGEST_SHARE, LARGEST_BEYOND = 1.25, 50.0
+"""A scan gives up at this share of the limit [-], and this much more [N s]; a method with a trunk
+has a freedom that the limit does not know."""
+
+
+@lru_cache(maxsize=8)
+def controller_of(protocol: Protocol, key: str, leg_speed: float) -> Controller:
+    """The controller of a method on a leg; made once, since some take their time.
+
+    Raises:
+        SurefootError: the method cannot control this robot, or its library is not installed.
+    """
+    return method(key).controller(protocol.robot_with(leg_speed), protocol.velocity)
+
+
+def measure(protocol: Protocol, cell: Cell) -> dict[str, Any]:
+    """One row of the table: the limit of a method in one cell, and what nobody can pass.
+
+    Args:
+        protocol: the questions.
+        cell: the one to answer.
+
+    Returns:
+        The cell, `impulse` (smallest failing), `scanned` and `step` [N s], `delta_v` [m/s],
+        `failure` ("fell", "unsettled" or "none") and `seconds`; see `limits_of` for the limits.
+    """
+    before = time.perf_counter()
+    walked, limits = protocol.walked(cell), limits_of(protocol, cell)
+    found = smallest_failing_push(
+        controller_of(protocol, walked.method, walked.leg_speed),
+        protocol.direction(cell.angle),
+        start=protocol.push_start(cell.phase),
+        duration=cell.push_duration,
+        step=protocol.step,
+        largest=LARGEST_SHARE * limits["limit_finite"] + LARGEST_BEYOND,
+        first_support=Side.RIGHT,
+        workers=1,
+    )
+    failure = "fell" if found.fell else "unsettled"
+    return {
+        **asdict(cell),
+        "impulse": found.impulse,
+        "delta_v": found.delta_v,
+        "step": found.step,
+        "scanned": found.scanned,
+        "failure": failure if math.isfinite(found.impulse) else "none",
+        **limits,
+        "seconds": time.perf_counter() - before,
+    }
+
+
+def limits_of(protocol: Protocol, cell: Cell) -> dict[str, float]:
+    """What nobody can pass in a cell [N s]: `limit_point` with the ZMP at rest in the centre of
+    the foot, `limit_finite` with the whole sole, `limit_fixed` with the sole but fixed steps."""
+    robot = protocol.robot_with(cell.leg_speed)
+    situation: dict[str, Any] = {
+        "velocity": protocol.velocity,
+        "elapsed": protocol.push_start(cell.phase) - protocol.push_start(0.0),
+        "duration": cell.push_duration,
+        "support_side": Side.RIGHT,
+    }
+    direction = protocol.direction(cell.angle)
+    return {
+        "limit_point": push_limit(robot, direction, **situation).impulse,
+        "limit_finite": push_limit(
+            robot, direction, zmp_reach=robot.foot.half, **situation
+        ).impulse,
+        "limit_fixed": fixed_steps_limit(robot, direction, duration=cell.push_duration).impulse,
+    }
+
+
+def decision_times(protocol: Protocol, key: str, impulse: float) -> dict[str, float]:
+    """How long a control cycle takes, over walks with a push; on this machine, one at a time.
+
+    Args:
+        protocol: the questions.
+        key: of the method.
+        impulse: of a push that it survives, forward [N s].
+
+    Returns:
+        `decision_p50` and `decision_p99_9` [s], and the control `period` [s].
+    """
+    controller = controller_of(protocol, key, protocol.leg_speeds[0])
+    duration = protocol.push_durations[0]
+    push = Push(protocol.push_start(0.0), duration, (impulse / duration, 0.0))
+    simulate(controller, 1.0)  # the first cycles of a process load what later ones have
+    times = np.concatenate([simulate(controller, 6.0, [push]).decision_time for _ in range(3)])
+    middle, slowest = np.percentile(times, [50.0, 99.9])
+    return {
+        "decision_p50": float(middle),
+        "decision_p99_9": float(slowest),
+        "period": controller.period,
+    }

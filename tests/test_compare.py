@@ -1,0 +1,371 @@
+"""The comparison of methods: fair questions, rows that survive a kill, and the limit above all."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import polars
+import pytest
+from click.testing import CliRunner
+
+import surefoot as sf
+from surefoot.cli import main
+from surefoot.cli.walk import METHODS as NAMES
+from surefoot.control.methods import METHODS, method
+from surefoot.studies import compare
+from surefoot.studies.compare import able_methods, compare_methods, open_shards, run_comparison
+from surefoot.studies.compare_remarks import remarks
+from surefoot.studies.protocol import Cell, Protocol, every_method
+from surefoot.studies.push_cell import limits_of, measure
+
+ROBOT = sf.load_robot("paper-biped").replace(mass=70.0)
+SMALL = Protocol(
+    ROBOT, methods=("tracking", "hybrid"), directions=2, phases=2, leg_speeds=(3.0,), step=20.0
+)
+
+
+def without_time(rows: list[dict]) -> list[dict]:
+    return [{name: value for name, value in row.items() if name != "seconds"} for row in rows]
+
+
+@pytest.fixture(scope="module")
+def measured(tmp_path_factory) -> compare.Comparison:
+    return compare_methods(SMALL, tmp_path_factory.mktemp("small") / "table", workers=1)
+
+
+def test_every_method_has_one_name_everywhere() -> None:
+    assert sorted(NAMES) == sorted(one.key for one in METHODS)
+    assert NAMES[0] == "hybrid"
+    assert len({one.label for one in METHODS}) == len(METHODS)
+    assert set(every_method()) == {one.key for one in METHODS if not one.slow}
+    with pytest.raises(sf.ParameterError, match=r"a method \(tracking, .*\); got 'lqr'"):
+        method("lqr")
+
+
+@pytest.mark.parametrize("one", METHODS, ids=lambda one: one.key)
+def test_every_method_makes_its_controller(one) -> None:
+    controller = one.controller(ROBOT, (0.3, 0.0))
+    assert isinstance(controller, sf.Controller)
+    assert controller.gait.velocity == (0.3, 0.0)
+
+
+def test_the_cells_are_the_whole_grid() -> None:
+    protocol = Protocol(ROBOT, directions=4, phases=8, leg_speeds=(2.0, math.inf))
+    cells = list(protocol.cells())
+    assert len(cells) == len(set(cells)) == len(every_method()) * 2 * 8 * 4
+    assert {cell.angle for cell in cells} == {0.0, 90.0, 180.0, 270.0}
+    assert protocol.push_start(0.2) == pytest.approx(1.1)  # the paper's push
+
+
+def test_outward_is_towards_the_swing_foot() -> None:
+    """The right foot stands in the pushed step, so outward is to the left."""
+    controller = method("tracking").controller(ROBOT, (0.5, 0.0))
+    rollout = sf.simulate(controller, SMALL.push_start(0.5))
+    seen = rollout.observations[-1]
+    towards = seen["swing_foot"][:2] - seen["support_foot"]
+    assert SMALL.direction(90.0)[1] * towards[1] > 0.0
+    assert SMALL.direction(0.0) == (1.0, 0.0)
+    assert SMALL.direction(45.0) == pytest.approx((math.sqrt(0.5), math.sqrt(0.5)))
+
+
+def test_fixed_steps_are_walked_once_for_every_leg(monkeypatch) -> None:
+    """And rightly so: on a slow leg they are the same walks."""
+    cell = Cell("tracking", 0.0, 0.25, 0.2, 2.0)
+    assert SMALL.walked(cell).leg_speed == math.inf
+    assert SMALL.walked(Cell("hybrid", 0.0, 0.25, 0.2, 2.0)).leg_speed == 2.0
+    fast = Protocol(ROBOT, velocity=(0.7, 0.0), methods=("tracking",))
+    assert fast.walked(cell).leg_speed == 2.0  # the feet of this gait need more than 2 m/s
+    ends = []
+    for leg_speed in (2.0, math.inf):
+        controller = sf.DcmTracking(SMALL.robot_with(leg_speed), (0.5, 0.0))
+        rollout = sf.simulate(controller, 3.0, [sf.Push(1.1, 0.2, (120.0, 0.0))])
+        ends.append(rollout.observations.tobytes())
+    assert ends[0] == ends[1]
+
+
+def test_a_row_is_what_a_scan_of_ones_own_says() -> None:
+    protocol = Protocol(ROBOT, methods=("hybrid",), leg_speeds=(math.inf,))
+    row = measure(protocol, Cell("hybrid", 180.0, 0.2, 0.2, math.inf))
+    own = sf.smallest_failing_push(sf.HybridController(ROBOT, (0.5, 0.0)), (-1.0, 0.0))
+    assert row["impulse"] == own.impulse == 265.0
+    assert row["delta_v"] == pytest.approx(own.impulse / 70.0)
+    assert row["failure"] == "fell"
+    assert row["limit_point"] == pytest.approx(264.0, rel=0.01)
+    assert row["limit_finite"] == pytest.approx(298.0, rel=0.01)
+    assert row["limit_fixed"] == pytest.approx(34.0, rel=0.01)
+
+
+def test_nobody_passes_the_limit(measured) -> None:
+    assert len(measured.rows) == 2 * 2 * 2
+    for row in measured.rows:
+        survived = row["impulse"] - row["step"]
+        fixed = row["method"] == "tracking"
+        assert survived <= row["limit_fixed" if fixed else "limit_finite"] + 1e-9
+        assert row["limit_fixed"] <= row["limit_finite"]
+        assert row["limit_point"] <= row["limit_finite"]
+
+
+def test_the_table_says_where_it_is_from(measured, tmp_path) -> None:
+    compare_methods(SMALL, tmp_path / "table", workers=1)
+    path = tmp_path / "table" / "compare.parquet"
+    assert without_time(polars.read_parquet(path).to_dicts()) == without_time(measured.rows)
+    notes = polars.read_parquet_metadata(path)
+    provenance = json.loads(notes["surefoot.provenance"])
+    assert provenance["robot"] == "paper-biped"
+    assert provenance["mass"] == "70 kg"
+    assert provenance["version"] == sf.__version__
+    methods = json.loads(notes["surefoot.methods"])
+    assert [one["key"] for one in methods] == list(SMALL.methods)
+    for one in methods:
+        assert 0.0 < one["decision_p50"] <= one["decision_p99_9"]
+
+
+def test_the_number_of_workers_changes_nothing(measured, tmp_path) -> None:
+    rows, failures = run_comparison(SMALL, open_shards(SMALL, tmp_path / "two"), workers=2)
+    assert not failures
+    assert without_time(rows) == without_time(measured.rows)
+
+
+KILLED = """
+from pathlib import Path
+import sys
+from surefoot.studies import compare
+from tests_protocol import SMALL
+compare.KEEP_EVERY = 0.0
+slow = compare.measure
+compare.measure = lambda *a: (__import__("time").sleep(0.3), slow(*a))[1]
+compare.run_comparison(SMALL, compare.open_shards(SMALL, Path(sys.argv[1])), workers=1)
+"""
+
+
+def test_a_killed_study_goes_on_and_repeats_nothing(measured, tmp_path, monkeypatch) -> None:
+    """kill -9 in the middle, three times; every finished cell is measured once."""
+    folder, script = tmp_path / "table", tmp_path / "killed.py"
+    script.write_text(KILLED)
+    (tmp_path / "tests_protocol.py").write_text(
+        "import surefoot as sf\nfrom surefoot.studies.protocol import Protocol\n"
+        "ROBOT = sf.load_robot('paper-biped').replace(mass=70.0)\n"
+        "SMALL = Protocol(ROBOT, methods=('tracking', 'hybrid'), directions=2, phases=2, "
+        "leg_speeds=(3.0,), step=20.0)\n"
+    )
+    before = 0
+    for _ in range(3):
+        study = subprocess.Popen([sys.executable, str(script), str(folder)])
+        deadline = time.monotonic() + 120.0
+        while time.monotonic() < deadline and study.poll() is None:
+            if len(list((folder / "shards").glob("*.parquet"))) > before:
+                break
+            time.sleep(0.02)
+        os.kill(study.pid, signal.SIGKILL)
+        study.wait()
+        before = len(list((folder / "shards").glob("*.parquet")))
+    kept = open_shards(SMALL, folder).rows
+    assert 3 <= len(kept) < len(measured.rows)
+    again = []
+    honest = compare.measure
+    monkeypatch.setattr(compare, "measure", lambda p, c: (again.append(c), honest(p, c))[1])
+    rows, failures = run_comparison(SMALL, open_shards(SMALL, folder), workers=1)
+    assert not failures
+    assert len(again) == len(rows) - len(kept)
+    assert without_time(rows) == without_time(measured.rows)
+
+
+def test_a_poisoned_cell_is_reported_and_the_others_go_on(measured, tmp_path, monkeypatch) -> None:
+    honest = compare.measure
+
+    def poisoned(protocol: Protocol, cell: Cell) -> dict:
+        if cell.method == "hybrid" and cell.phase == 0.5 and cell.angle == 180.0:
+            raise ZeroDivisionError("a poisoned cell")
+        return honest(protocol, cell)
+
+    monkeypatch.setattr(compare, "measure", poisoned)
+    rows, failures = run_comparison(SMALL, open_shards(SMALL, tmp_path / "table"), workers=1)
+    assert [(one.cell.method, one.cell.phase, one.cell.angle) for one in failures] == [
+        ("hybrid", 0.5, 180.0)
+    ]
+    assert "a poisoned cell" in failures[0].error
+    assert len(rows) == len(measured.rows) - 1
+    monkeypatch.setattr(compare, "measure", honest)
+    rows, failures = run_comparison(SMALL, open_shards(SMALL, tmp_path / "table"), workers=1)
+    assert not failures
+    assert without_time(rows) == without_time(measured.rows)
+
+
+def test_a_folder_of_another_study_is_refused(tmp_path) -> None:
+    open_shards(SMALL, tmp_path / "table")
+    other = Protocol(ROBOT.replace(mass=50.0), methods=("tracking",))
+    with pytest.raises(sf.FileError, match=r"a folder of the same study .*choose another folder"):
+        open_shards(other, tmp_path / "table")
+    more = Protocol(ROBOT, methods=("step-timing",), step=20.0, leg_speeds=(2.0,))
+    open_shards(more, tmp_path / "table")  # more cells of the same study are welcome
+
+
+def test_a_broken_shard_is_named(tmp_path) -> None:
+    open_shards(SMALL, tmp_path / "table")
+    (tmp_path / "table" / "shards" / "000000.parquet").write_bytes(b"PAR1 not really")
+    with pytest.raises(sf.FileError, match=r"000000\.parquet.*delete that file"):
+        open_shards(SMALL, tmp_path / "table")
+    (tmp_path / "table" / "run.json").write_text("{")
+    with pytest.raises(sf.FileError, match=r"run\.json.*delete it and its shards"):
+        open_shards(SMALL, tmp_path / "table")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"methods": ("lqr",)}, r"a method \("),
+        ({"methods": ()}, "at least one of `methods`"),
+        ({"methods": ("hybrid", "hybrid")}, "`methods` without repetition"),
+        ({"directions": 0}, "`directions` as a whole number of at least 1"),
+        ({"phases": 2.5}, "`phases` as a whole number"),
+        ({"leg_speeds": (0.0,)}, r"`leg_speeds` above 0 \[m/s\]"),
+        ({"leg_speeds": (math.nan,)}, "`leg_speeds` above 0"),
+        ({"push_durations": (math.inf,)}, r"`push_durations` above 0 \[s\] and finite"),
+        ({"step": 0.0}, r"`step` above 0 \[N s\]"),
+    ],
+)
+def test_questions_that_make_no_sense(arguments, message: str) -> None:
+    with pytest.raises(sf.ParameterError, match=message):
+        Protocol(ROBOT, **arguments)
+    with pytest.raises(sf.VelocityError):
+        Protocol(ROBOT, velocity=(9.0, 0.0))
+
+
+def test_limits_do_not_depend_on_the_method() -> None:
+    cells = [Cell(key, 90.0, 0.25, 0.1, 3.0) for key in every_method()]
+    assert len({tuple(limits_of(SMALL, cell).values()) for cell in cells}) == 1
+
+
+def row(key: str, impulse: float, angle: float = 0.0, speed: float = 3.0, phase: float = 0.0):
+    return {
+        "method": key, "impulse": impulse, "angle": angle, "leg_speed": speed, "phase": phase,
+        "push_duration": 0.2,
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize("key", ["tracking-stiff", "preview-control", "linear-mpc"])
+@pytest.mark.parametrize("direction", [(1.0, 0.0), (0.0, -1.0)])
+def test_fixed_steps_come_near_what_fixed_steps_allow(key: str, direction) -> None:
+    """A strawman is a defect: at least 95 % of the limit of fixed steps."""
+    controller = method(key).controller(ROBOT, (0.5, 0.0))
+    limit = sf.fixed_steps_limit(ROBOT, direction).impulse
+    force = (direction[0] * 0.95 * limit / 0.2, direction[1] * 0.95 * limit / 0.2)
+    rollout = sf.simulate(controller, 9.0, [sf.Push(1.1, 0.2, force)])
+    assert rollout.outcome is sf.Outcome.RECOVERED
+
+
+def test_a_robot_without_a_trunk_is_compared_by_the_others(tmp_path) -> None:
+    able, left_out = able_methods(sf.load_robot("paper-table2"), (0.3, 0.0))
+    assert set(able) == set(every_method()) - {"ankle-hip-step-mpc"}
+    assert "a robot with a trunk" in left_out["ankle-hip-step-mpc"]
+    asked = Protocol(sf.load_robot("paper-table2"), (0.3, 0.0), methods=("ankle-hip-step-mpc",))
+    with pytest.raises(sf.RobotError, match="a robot with a trunk"):
+        compare_methods(asked, tmp_path / "table", workers=1)
+    assert not (tmp_path / "table").exists()
+
+
+def test_a_heavy_robot_is_scanned_far_enough(tmp_path) -> None:
+    heavy = Protocol(
+        ROBOT.replace(mass=400.0), methods=("hybrid",), directions=1, phases=1,
+        leg_speeds=(math.inf,), step=20.0,
+    )  # fmt: skip
+    (row,) = compare_methods(heavy, tmp_path / "table", workers=1).rows
+    assert row["failure"] == "fell"
+    assert row["impulse"] > 600.0
+
+
+def test_a_scan_that_nothing_ends_still_makes_a_table(tmp_path) -> None:
+    coarse = Protocol(
+        ROBOT, methods=("hybrid",), directions=1, phases=1, leg_speeds=(math.inf,), step=1000.0
+    )
+    result = compare_methods(coarse, tmp_path / "table", workers=1)
+    (row,) = result.rows
+    assert row["failure"] == "none"
+    assert math.isinf(row["impulse"])
+    assert json.dumps(result.as_numbers(), allow_nan=False)
+    assert polars.read_parquet(tmp_path / "table" / "compare.parquet")["impulse"][0] == math.inf
+
+
+def test_a_leg_that_is_too_slow_for_the_gait_is_refused() -> None:
+    with pytest.raises(sf.VelocityError, match=r"a leg of at least 1\.875 m/s .* walk at less"):
+        Protocol(ROBOT, leg_speeds=(3.0, 1.5))
+
+
+def test_two_studies_add_to_one_table(tmp_path) -> None:
+    """And a shard that was taken away is not written over."""
+    first, second = (open_shards(SMALL, tmp_path / "table") for _ in range(2))
+    for number, shards in enumerate([first, second, first]):
+        shards.add([{"number": number}])
+    files = sorted((tmp_path / "table" / "shards").iterdir())
+    assert len(files) == 3
+    files[1].unlink()
+    first.add([{"number": 3}])
+    assert {row["number"] for row in open_shards(SMALL, tmp_path / "table").rows} == {0, 2, 3}
+
+
+def test_a_full_disk_is_told_and_leaves_no_litter(tmp_path, monkeypatch) -> None:
+    shards = open_shards(SMALL, tmp_path / "table")
+
+    def full(*_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(os, "replace", full)
+    with pytest.raises(sf.FileError, match=r"No space left .* free some space"):
+        shards.add([{"number": 1}])
+    assert list((tmp_path / "table" / "shards").iterdir()) == []
+
+
+def test_no_workers_are_refused(tmp_path) -> None:
+    with pytest.raises(sf.ParameterError, match="a number of workers; got 0"):
+        run_comparison(SMALL, open_shards(SMALL, tmp_path / "table"), workers=0)
+
+
+def test_the_papers_claim_is_answered_from_the_rows() -> None:
+    rows = [
+        row("hybrid", 80.0), row("foot-placement-mpc", 40.0),
+        row("hybrid", 30.0, phase=0.5), row("foot-placement-mpc", 60.0, phase=0.5),
+        row("hybrid", 99.0, angle=90.0),
+    ]  # fmt: skip
+    opening, told = remarks(rows)
+    assert "85 N s" in opening
+    assert "20 N s" in opening
+    assert "forward 30–80 against 40–60 N s (ratio 1.00; the hybrid is ahead in 1 of 2" in told
+    assert "outward" not in told  # only one of the two was measured there
+    assert remarks([row("hybrid", 80.0)]) == []
+    unbeaten = [*rows[:2], row("hybrid", 50.0, phase=0.5)]
+    unbeaten.append(row("foot-placement-mpc", math.inf, phase=0.5))
+    assert "forward 50–80 against 40–no N s (the hybrid is ahead in 1 of 2" in remarks(unbeaten)[1]
+
+
+def test_the_command_measures_shows_and_resumes(tmp_path) -> None:
+    folder = tmp_path / "out"
+    asked = [
+        "compare", "--mass", "70", "--method", "tracking", "--method", "capture-point",
+        "--directions", "4", "--phases", "1", "--step", "25", "--workers", "1",
+        "--out", str(folder),
+    ]  # fmt: skip
+    first = CliRunner().invoke(main, asked)
+    assert first.exit_code == 0, first.output
+    assert "capture-point stepping" in first.stdout
+    for name in ("compare.parquet", "compare.html", "compare.md", "pictures/shares.png"):
+        assert (folder / name).stat().st_size > 0
+    shards = sorted((folder / "shards").iterdir())
+    again = CliRunner().invoke(main, [*asked, "--json"])
+    assert again.exit_code == 0, again.output
+    told = json.loads(again.stdout)
+    assert len(told["rows"]) == 8
+    assert {one["key"] for one in told["methods"]} == {"tracking", "capture-point"}
+    assert sorted((folder / "shards").iterdir()) == shards  # nothing was measured again
+
+
+def test_the_command_tells_of_misuse(tmp_path) -> None:
+    wrong = CliRunner().invoke(main, ["compare", "--method", "lqr", "--out", str(tmp_path / "x")])
+    assert wrong.exit_code == 2
+    assert "expected a method (tracking," in wrong.stderr
+    assert not (tmp_path / "x").exists()

@@ -1,0 +1,272 @@
+from __future__ import annotations
+
+import json
+import math
+import re
+import shutil
+import subprocess
+from html.parser import HTMLParser
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from push_comparison import METHODS, PROVENANCE, measured_rows
+from surefoot.errors import FileError, ParameterError
+from surefoot.viewers.compare_page import (
+    SCRIPTS,
+    compare_page,
+    embedded,
+    page_data,
+    write_compare_page,
+)
+from surefoot.viewers.comparison import FAILURES, Choice, Comparison, choose, comparison
+
+BROWSER = shutil.which("chromium") or shutil.which("chromium-browser")
+needs_browser = pytest.mark.skipif(BROWSER is None, reason="no chromium to run the script in")
+
+
+@pytest.fixture(scope="module")
+def measured() -> Comparison:
+    return comparison(measured_rows(), METHODS, PROVENANCE)
+
+
+@pytest.fixture(scope="module")
+def page(measured: Comparison, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("page") / "compare.html"
+    write_compare_page(measured, path, ["The paper has 85 N s against 20 N s."])
+    return path
+
+
+class Shown(HTMLParser):
+    """What a page shows: rows of its tables by their id, and elements by theirs."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.rows: list[list[str]] = []
+        self.words: dict[str, str] = {}
+        self.checked: list[str] = []
+        self._table = self._cell = False
+        self._id = ""
+        self.feed(text)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        values = dict(attrs)
+        self._id = values.get("id") or self._id if tag != "p" else values.get("id") or ""
+        if tag == "table":
+            self._table = values.get("class") == "numbers"
+        if self._table and tag == "tr":
+            self.rows.append([])
+        if self._table and tag in ("td", "th"):
+            self.rows[-1].append("")
+            self._cell = True
+
+    def handle_endtag(self, tag: str) -> None:
+        if tag in ("td", "th"):
+            self._cell = False
+
+    def handle_data(self, data: str) -> None:
+        self.words[self._id] = self.words.get(self._id, "") + data
+        if self._table and self._cell:
+            self.rows[-1][-1] += data
+
+    def row(self, label: str) -> list[str]:
+        (row,) = [row for row in self.rows if row and row[0].startswith(label)]
+        return row
+
+
+def run(page: Path, address: str = "") -> str:
+    """The page after its script has run, in a browser."""
+    assert BROWSER is not None
+    done = subprocess.run(
+        [
+            BROWSER, "--headless", "--no-sandbox", "--disable-gpu", "--dump-dom",
+            f"--user-data-dir={page.parent / 'profile'}", f"{page.as_uri()}{address}",
+        ],
+        capture_output=True, text=True, timeout=120, check=True,
+    )  # fmt: skip
+    return done.stdout
+
+
+def data_of(text: str) -> Any:
+    found = re.search(r'<script type="application/json" id="data">(.*?)</script>', text, re.DOTALL)
+    assert found is not None
+    return json.loads(found.group(1))
+
+
+def test_the_page_needs_nothing_else(page: Path) -> None:
+    text = page.read_text()
+    assert not re.search(r"https?:", text)
+    assert not re.search(r"@import|url\(|<link|<img|<iframe|\bsrc=|fetch\(|XMLHttp|import\(", text)
+    assert "default-src 'none'" in text
+    assert text.count("<!doctype html>") == 1
+
+
+def test_what_is_embedded_is_what_was_measured(page: Path, measured: Comparison) -> None:
+    data = data_of(page.read_text())
+    number = {"inf": math.inf, "nan": math.nan}
+    assert [number.get(value, value) for value in data["speeds"]] == list(measured.leg_speeds)
+    assert len(data["cells"]) == len(measured.cells)
+    for cell, entry in zip(measured.cells, data["cells"], strict=True):
+        method, push, impulse, delta_v, step, scanned, failure = entry
+        speed, duration, phase, angle, point, finite, fixed = data["pushes"][push]
+        assert data["methods"][method]["key"] == cell.method
+        assert cell.condition == (
+            number.get(data["speeds"][speed], data["speeds"][speed]), data["durations"][duration],
+            data["phases"][phase], data["angles"][angle],
+        )  # fmt: skip
+        assert number.get(impulse, impulse) == cell.impulse
+        assert number.get(delta_v, delta_v) == cell.delta_v
+        assert (step, scanned, FAILURES[failure]) == (cell.step, cell.scanned, cell.failure)
+        assert (point, finite, fixed) == (cell.limit_point, cell.limit_finite, cell.limit_fixed)
+
+
+def test_words_cannot_end_the_script_they_stand_in() -> None:
+    words = "</script><script>alert(1)</script>\u2028<!--"
+    text = embedded({"label": words, "values": [math.inf, math.nan, 1.5]})
+    assert "<" not in text
+    assert "\u2028" not in text
+    assert json.loads(text) == {"label": words, "values": ["inf", "nan", 1.5]}
+
+
+def test_words_of_methods_and_remarks_are_escaped() -> None:
+    nasty = "<b>&\"'</script>"
+    methods = [{**entry, "label": nasty + entry["label"], "source": nasty} for entry in METHODS]
+    values = comparison(measured_rows(4, 1, (3.0,), (0.2,)), methods, {"robot": nasty})
+    text = compare_page(values, [nasty])
+    assert "<b>" not in text
+    assert text.count("</script>") == 1 + len(SCRIPTS)
+    assert data_of(text)["methods"][0]["label"].startswith(nasty)
+
+
+def test_the_page_is_written_the_same_every_time(measured: Comparison, page: Path) -> None:
+    assert compare_page(measured, ["The paper has 85 N s against 20 N s."]) == page.read_text()
+
+
+def test_every_id_that_the_script_asks_for_is_there_once(page: Path) -> None:
+    text = page.read_text()
+    asked = {"speed", "duration", "phase", "data"}
+    for name in SCRIPTS:
+        script = (files("surefoot.viewers") / name).read_text()
+        asked |= set(re.findall(r'(?:byId|getElementById)\("([\w-]+)"\)', script))
+    for name in asked - {"pick"}:
+        assert len(re.findall(rf'\bid="{name}"', text)) == 1, name
+
+
+def test_sources_protocol_and_provenance_stand_below(page: Path) -> None:
+    text = page.read_text()
+    for words in ("The paper has 85 N s against 20 N s.", "The impulse is scanned"[4:],
+                  *(entry["source"] for entry in METHODS), *PROVENANCE.values()):  # fmt: skip
+        assert words in text
+    without_script = text[text.index("<noscript>") : text.index("</noscript>")]
+    assert "Hybrid of the paper" in without_script
+
+
+def test_the_choice_must_have_been_measured(measured: Comparison, tmp_path: Path) -> None:
+    with pytest.raises(
+        ParameterError, match=r"`leg_speed` that was measured: .*; got 5\.0; choose"
+    ):
+        compare_page(measured, choice=Choice(5.0, 0.2, 0.5))
+    with pytest.raises(FileError, match=r"expected a path ending in \.html"):
+        write_compare_page(measured, tmp_path / "page.txt")
+    assert page_data(measured, choose(measured))["choice"] == {
+        "speed": 1, "duration": 1, "phase": 4,
+    }  # fmt: skip
+
+
+@needs_browser
+@pytest.mark.parametrize("speed", [2.0, 3.0, math.inf])
+def test_the_table_follows_the_leg_speed(page: Path, measured: Comparison, speed: float) -> None:
+    shown = Shown(run(page, f"#speed={speed:g}&duration=0.2&phase=0.25"))
+    cells = measured.select(leg_speed=speed, push_duration=0.2, phase=0.25)
+    for method in measured.methods:
+        own = {cell.angle: cell for cell in cells if cell.method == method.key}
+        row = shown.row(method.label)
+        failing = [
+            "–" if angle not in own
+            else f"> {own[angle].scanned:g}" if own[angle].unbroken
+            else f"{own[angle].impulse:g}"
+            for angle in (0.0, 90.0, 180.0, 270.0)
+        ]  # fmt: skip
+        assert row[3:7] == failing
+        score = measured.score(method, cells)
+        assert (f"{100.0 * score.mean:.0f} %" if own else "–") in row[1]
+        assert row[1].endswith("*") == (0 < score.cells < score.possible)
+    limits = [f"{c.limit_finite:.1f}" for c in cells if c.method == "unified"]
+    assert shown.row("Limit")[3:7] == limits[::2]
+
+
+@needs_browser
+def test_the_worst_phase_and_the_mean_over_phases(page: Path, measured: Comparison) -> None:
+    cells = measured.select(method="hybrid", leg_speed=4.0, push_duration=0.1, angle=0.0)
+    worst = Shown(run(page, "#speed=4&duration=0.1&phase=worst")).row("Hybrid")
+    assert worst[3] == f"{min(cell.impulse for cell in cells):g}"
+    mean = Shown(run(page, "#speed=4&duration=0.1&phase=mean")).row("Hybrid")
+    assert mean[3] == f"{sum(cell.impulse for cell in cells) / len(cells):.1f}"
+    every = measured.select(method="hybrid", leg_speed=4.0, push_duration=0.1)
+    share = 100.0 * sum(cell.fraction for cell in every) / len(every)
+    assert mean[1] == f"{share:.0f} %"
+
+
+@needs_browser
+def test_only_chosen_methods_are_drawn_and_ranked(page: Path) -> None:
+    text = run(page, "#speed=3&duration=0.2&phase=0.5&methods=hybrid,dcm_tracking")
+    big = text[text.index('id="map"') : text.index('id="tip"')]
+    assert sorted(re.findall(r'class="method" data-method="(\d)"', big)) == ["1", "6"]
+    finding = Shown(text).words["finding"]
+    assert "Hybrid of the paper survives the most" in finding
+    assert "DCM tracking follows" in finding
+    assert "Unified" not in finding
+
+
+@needs_browser
+def test_the_map_is_drawn_from_above_to_scale(page: Path, measured: Comparison) -> None:
+    text = run(page, "#speed=3&duration=0.2&phase=0.5&methods=hybrid")
+    big = text[text.index('id="map"') : text.index('id="tip"')]
+    ((method_path,), (limit,)) = (
+        re.findall(r'<path d="([^"]+)" class="line"', big),
+        re.findall(r'<path d="([^"]+)" class="limit finite"', big),
+    )
+    points, around = (
+        [tuple(map(float, pair.split(","))) for pair in re.split("[MLZ]", path) if pair]
+        for path in (method_path, limit)
+    )
+    cells = measured.select(method="hybrid", leg_speed=3.0, push_duration=0.2, phase=0.5)
+    largest = max(c.limit_finite for c in measured.select(leg_speed=3.0, push_duration=0.2))
+    for cell, (x, y), outer in zip(cells, points, around, strict=True):
+        turn, radius = math.radians(cell.angle), 200.0 * cell.survived / largest
+        assert (x, y) == pytest.approx(
+            (-radius * math.sin(turn), -radius * math.cos(turn)), abs=0.06
+        )
+        assert math.hypot(*outer) >= math.hypot(x, y)
+
+
+@needs_browser
+@pytest.mark.parametrize("directions", [4, 72])
+def test_few_and_many_directions_are_drawn(tmp_path: Path, directions: int) -> None:
+    values = comparison(measured_rows(directions, 1, (3.0,), (0.2,)), METHODS, PROVENANCE)
+    path = tmp_path / "compare.html"
+    write_compare_page(values, path)
+    text = run(path)
+    big = text[text.index('id="map"') : text.index('id="tip"')]
+    assert big.count('class="limit finite"') == (4 if directions == 4 else 1)
+    assert ('class="line guide"' in big) == (directions == 4)
+    assert "NaN" not in big
+    assert 'value="worst"' not in text
+
+
+@needs_browser
+def test_arrow_keys_read_the_map(page: Path, measured: Comparison, tmp_path: Path) -> None:
+    keys = """<script>for (const key of ["ArrowDown", "ArrowDown", "ArrowLeft", "ArrowLeft"])
+      document.getElementById("map").dispatchEvent(new KeyboardEvent("keydown", {key}));</script>"""
+    path = tmp_path / "keys.html"
+    path.write_text(page.read_text().replace("</body>", f"{keys}</body>"))
+    text = run(path, "#speed=3&duration=0.2&phase=0.5").replace("&nbsp;", " ")
+    tip = text[text.index('id="tip"') : text.index("</div>", text.index('id="tip"'))]
+    (cell,) = measured.select(
+        method="hybrid", leg_speed=3.0, push_duration=0.2, phase=0.5, angle=90.0
+    )
+    assert "Hybrid of the paper, outward" in tip
+    assert f"survives {cell.survived:g} N s" in tip
+    assert f"fell at {cell.impulse:g} N s ({cell.delta_v:.3f} m/s)" in tip
