@@ -386,7 +386,8 @@ def receding_step(
                 kinds.copy(),
             )  # fmt: skip
             if flag >= _SOLVED:
-                solution[i] = answer
+                # The solver keeps bounds to its own tolerance only.
+                solution[i] = np.clip(answer, lower[i, :unknowns], upper[i, :unknowns])
             else:
                 solved = False
         decide(parameters, observation.array, deviation, solution, cycle, solved, next_state)
