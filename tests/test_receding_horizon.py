@@ -13,7 +13,8 @@ import quadprog
 import surefoot as sf
 from surefoot.control import receding_horizon
 from surefoot.control.foot_placement_mpc import placed_feet
-from surefoot.control.receding_horizon import MPC_STATE, horizons, prepare, samples_in, steps_ahead
+from surefoot.control.receding_cycle import MPC_STATE, SOLVE, prepare
+from surefoot.control.receding_horizon import horizons, samples_in, steps_ahead
 from surefoot.models.lipm import com_flow
 from surefoot.models.trunk import trunk_flow
 from surefoot.planning.lipm_horizon import horizon, lean_response, velocity_response
@@ -95,7 +96,7 @@ def random_moment(controller, rng):
         controller.parameters, programs.gain, programs.row_state, state, observation.array,
         next_state, *work,
     )  # fmt: skip
-    assert (task, row) == (2, cycle)
+    assert (task, row) == (SOLVE, cycle)
     return cycle, work
 
 

@@ -12,8 +12,7 @@ sole does not limit; but the trunk must not meet its stop, and has to come back 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
-from typing import Self
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,24 +21,21 @@ from surefoot.checks import check_number
 from surefoot.control.foot_placement_mpc import placed_feet
 from surefoot.control.receding_horizon import (
     Programs,
+    RecedingHorizon,
     check_receding,
     horizons,
     receding_parameters,
-    receding_start,
-    receding_step,
     samples_in,
     steps_ahead,
 )
 from surefoot.errors import RobotError
-from surefoot.models.footsteps import Side
-from surefoot.models.interfaces import Command, Observation
 from surefoot.models.robot import Robot, Trunk
 from surefoot.planning.lipm_horizon import Horizon, lean_response, velocity_response
 from surefoot.planning.nominal_gait import NominalGait, nominal_gait
 
 
 @dataclass(frozen=True)
-class AnkleHipStepMpc:
+class AnkleHipStepMpc(RecedingHorizon):
     """ZMP, hip torque and step locations, planned over several steps; the timing is as planned.
 
     Args:
@@ -148,30 +144,3 @@ class AnkleHipStepMpc:
         )
         row_state = np.hstack([np.zeros((self.samples, 1)), lean_state[:, 0]])
         return hessian + np.diag(own), gain, lean, row_state
-
-    @property
-    def kernel(self) -> None:
-        """None: a library solves its programs, so it walks alone and not in a compiled batch."""
-        return
-
-    def first_observation(self, support_side: Side | None = None) -> Observation:
-        """What a robot on the nominal gait observes at a touchdown; right foot first by default."""
-        return self.gait.observation(Side.RIGHT if support_side is None else support_side)
-
-    def start(self, observation: Observation) -> NDArray[np.void]:
-        """The state before the first cycle.
-
-        Raises:
-            ParameterError: the observation is not finite.
-        """
-        return receding_start(self.gait, observation)
-
-    def step(
-        self, state: NDArray[np.void], observation: Observation
-    ) -> tuple[Command, NDArray[np.void]]:
-        """One cycle: what to do now, and the state for the next cycle."""
-        return receding_step(self.parameters, self.programs, state, observation)
-
-    def with_velocity(self, velocity: tuple[float, float]) -> Self:
-        """The same controller for another velocity; the state carries over."""
-        return replace(self, velocity=velocity)

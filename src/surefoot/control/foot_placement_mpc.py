@@ -11,8 +11,7 @@ constant lateral velocity would draw the feet together until their bounds hold t
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
-from typing import Self
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,16 +19,13 @@ from numpy.typing import NDArray
 from surefoot.checks import check_number
 from surefoot.control.receding_horizon import (
     Programs,
+    RecedingHorizon,
     check_receding,
     horizons,
     receding_parameters,
-    receding_start,
-    receding_step,
     samples_in,
     steps_ahead,
 )
-from surefoot.models.footsteps import Side
-from surefoot.models.interfaces import Command, Observation
 from surefoot.models.robot import Robot
 from surefoot.planning.lipm_horizon import velocity_response
 from surefoot.planning.nominal_gait import NominalGait, nominal_gait
@@ -41,7 +37,7 @@ def placed_feet(feet: NDArray[np.int64], steps: int) -> NDArray[np.float64]:
 
 
 @dataclass(frozen=True)
-class FootPlacementMpc:
+class FootPlacementMpc(RecedingHorizon):
     """ZMP and step locations, planned over several steps; the timing is as planned.
 
     Args:
@@ -105,30 +101,3 @@ class FootPlacementMpc:
             gain.append(weighed.T @ from_dcm[:, None])
         none = np.zeros((len(gain), 0, self.samples + steps))
         return Programs(np.array(hessian), np.array(gain), none, none[:, :, :1])
-
-    @property
-    def kernel(self) -> None:
-        """None: a library solves its programs, so it walks alone and not in a compiled batch."""
-        return
-
-    def first_observation(self, support_side: Side | None = None) -> Observation:
-        """What a robot on the nominal gait observes at a touchdown; right foot first by default."""
-        return self.gait.observation(Side.RIGHT if support_side is None else support_side)
-
-    def start(self, observation: Observation) -> NDArray[np.void]:
-        """The state before the first cycle.
-
-        Raises:
-            ParameterError: the observation is not finite.
-        """
-        return receding_start(self.gait, observation)
-
-    def step(
-        self, state: NDArray[np.void], observation: Observation
-    ) -> tuple[Command, NDArray[np.void]]:
-        """One cycle: what to do now, and the state for the next cycle."""
-        return receding_step(self.parameters, self.programs, state, observation)
-
-    def with_velocity(self, velocity: tuple[float, float]) -> Self:
-        """The same controller for another velocity; the state carries over."""
-        return replace(self, velocity=velocity)

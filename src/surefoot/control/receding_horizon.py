@@ -10,92 +10,41 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from surefoot.checks import check_number, optional_module
-from surefoot.compiling import njit
-from surefoot.control.cycle import (
-    command_swing,
-    growth_since_touchdown,
-    is_usable,
-    side_index,
-)
+from surefoot.control.cycle import side_index
 from surefoot.control.dcm_tracking import (
     DEFAULT_DCM_GAIN,
     check_tracking,
     first_plan,
     tracking_parameters,
 )
-from surefoot.control.tracking_law import (
-    PLAN,
-    TRACKING,
-    begin_plan,
-    follow_plan,
-    hold,
-    plan_landing,
+from surefoot.control.receding_cycle import (
+    DUE,
+    HELD,
+    MPC,
+    MPC_STATE,
+    SOLVE,
+    act,
+    decide,
+    prepare,
 )
 from surefoot.errors import ParameterError
 from surefoot.models.footsteps import Side
-from surefoot.models.interfaces import COMMAND, Command, Mode, Observation, Status
+from surefoot.models.interfaces import Command, Observation
 from surefoot.models.record import new_array
 from surefoot.models.robot import Robot
 from surefoot.planning.lipm_horizon import Horizon, horizon
 from surefoot.planning.nominal_gait import NominalGait
 
-MPC = np.dtype(
-    [
-        ("tracking", TRACKING),
-        ("nominal_step", "f8", (2, 2)),
-        ("solve_period", "f8"),
-        ("sample", "f8"),
-        ("samples_per_step", "i8"),
-        ("samples", "i8"),
-        ("steps", "i8"),
-        ("torque_per_shift", "f8"),
-        ("max_shift", "f8"),
-        ("max_lean", "f8"),
-    ],
-)
-"""Parameters; `steps` counts the free ones. A hip torque acts like a shift of the ZMP by
-torque / (m g), and that shift is the unknown: `torque_per_shift` is m g [N]."""
-
-DECISION = np.dtype(
-    [
-        ("zmp", "f8", (2,)),
-        ("landing", "f8", (2,)),
-        ("offset", "f8", (2,)),
-        ("torque", "f8", (2,)),
-        ("until", "f8"),
-        ("status", "i8"),
-        ("new_step", "i8"),
-    ],
-)
-"""What the last program decided: ZMP relative to the foot, landing relative to the planned one, DCM
-offset there [m]; hip torque [N m]; time since touchdown at which the next program is due [s]."""
-
-MPC_STATE = np.dtype([("plan", PLAN), ("decision", DECISION), ("command", COMMAND)])
-
-LANDING_TOLERANCE = 1e-4
-"""A landing further than this from the planned one begins the next step on a new plan [m]."""
-
-DUE = 1e-9
-"""A program that is due within this time is due now [s]."""
-
-_EDGE_TOLERANCE = 1e-9
-_SOLVED = 1
-_SOFT = 8
-_HELD, _KEEP, _SOLVE = range(3)
-
-_ADAPTING = int(Mode.ADAPTING)
-_TRACKING_MODE = int(Mode.TRACKING)
-_ZMP_AT_EDGE = int(Status.ZMP_AT_EDGE)
-_NO_TIME_LEFT = int(Status.NO_TIME_LEFT)
-_NOT_CONVERGED = int(Status.NOT_CONVERGED)
+_SOLVED, _SOFT = 1, 8
+"""DAQP's words for an answer, and for a bound that may be violated."""
 
 
 @dataclass(frozen=True)
@@ -178,184 +127,6 @@ def receding_parameters(
     return parameters
 
 
-def receding_start(gait: NominalGait, observation: Observation) -> NDArray[np.void]:
-    """The state before the first cycle: a program is due.
-
-    Raises:
-        ParameterError: the observation is not finite.
-    """
-    state = new_array(MPC_STATE)
-    first_plan(gait, observation, state)
-    state["decision"]["until"] = -math.inf
-    return state
-
-
-@njit
-def _deviation(plan, observation, growth, deviation):
-    """DCM (and lean of the trunk) against the plan, axis by axis; the lateral one is looked at
-    towards the swing foot, so that left and right are the same program.
-
-    The convergent part of the motion decays by itself. To chase it too would make a disturbance of
-    every new velocity.
-    """
-    for i in range(2):
-        sign = 1.0 if i == 0 else float(observation.support_side)
-        error = observation.dcm[i] - observation.support_foot[i] - plan.start_offset[i] * growth
-        deviation[i, 0] = sign * error
-        if deviation.shape[1] == 3:
-            deviation[i, 1] = sign * observation.trunk_lean[i]
-            deviation[i, 2] = sign * observation.trunk_lean_velocity[i]
-
-
-@njit
-def _bound_steps(parameters, plan, observation, lower, upper):
-    """Bounds on the step vectors; the first one also within reach of the leg."""
-    tracking, first = parameters.tracking, parameters.samples
-    left = max(plan.step_duration - observation.elapsed, 0.0)
-    for j in range(parameters.steps):
-        side = observation.support_side if j % 2 == 0 else -observation.support_side
-        row = side_index(side)
-        for i in range(2):
-            planned = plan.step[i] if j == 0 else parameters.nominal_step[row, i]
-            low, high = tracking.step_min[row, i] - planned, tracking.step_max[row, i] - planned
-            if j == 0 and tracking.swing.max_speed < math.inf:
-                away = observation.swing_foot[i] - observation.support_foot[i] - planned
-                reach = tracking.swing.max_speed * left
-                low = min(max(low, away - reach), away + reach)
-                high = max(min(high, away + reach), away - reach)
-            if i == 1 and observation.support_side < 0:
-                low, high = -high, -low
-            lower[i, first + j], upper[i, first + j] = low, high
-
-
-@njit
-def prepare(
-    parameters, gain, row_state, state, observation, next_state, deviation, gradient, lower, upper
-):
-    """Everything before the program: see the robot, go on with the plan, put the program together.
-
-    Returns:
-        what is to do, _HELD, _KEEP or _SOLVE, and the control cycle of the step that it is.
-    """
-    parameters, state, observation = parameters[0], state[0], observation[0]
-    following = next_state[0]
-    following.decision = state.decision
-    if not is_usable(observation):
-        hold(state, observation, following)
-        return _HELD, 0
-    following.plan = state.plan
-    plan, decision = following.plan, following.decision
-    new_step = observation.support_side != plan.support_side
-    decision.new_step = 1 if new_step else 0
-    if new_step:
-        begin_plan(parameters.tracking, observation, plan.adapting != 0, plan)
-        plan.adapting = 0
-    plan_landing(parameters.tracking, observation, plan)
-    growth = growth_since_touchdown(parameters.tracking.omega, observation.elapsed)
-    follow_plan(parameters.tracking, observation, growth, plan, following.command)
-    if not new_step and observation.elapsed < decision.until - DUE:
-        return _KEEP, 0
-    cycle = min(
-        max(round(observation.elapsed / parameters.tracking.swing.period), 0), gain.shape[0] - 1
-    )
-    _deviation(plan, observation, growth, deviation)
-    gradient[:] = 0.0
-    for i in range(2):
-        for a in range(gradient.shape[1]):
-            for b in range(deviation.shape[1]):
-                gradient[i, a] += gain[cycle, a, b] * deviation[i, b]
-        for a in range(parameters.samples):
-            lower[i, a] = -parameters.tracking.half_foot[i]
-            upper[i, a] = parameters.tracking.half_foot[i]
-    _bound_steps(parameters, plan, observation, lower, upper)
-    unknowns = gradient.shape[1]
-    for i in range(2):
-        for a in range(parameters.samples + parameters.steps, unknowns):
-            lower[i, a], upper[i, a] = -parameters.max_shift, parameters.max_shift
-        for a in range(row_state.shape[1]):
-            free = 0.0
-            for b in range(deviation.shape[1]):
-                free += row_state[cycle, a, b] * deviation[i, b]
-            lower[i, unknowns + a] = -parameters.max_lean - free
-            upper[i, unknowns + a] = parameters.max_lean - free
-    return _SOLVE, cycle
-
-
-@njit
-def _offset_at_landing(parameters, observation, deviation, solution, axis, cycle):
-    """Deviation of the DCM when the foot lands, in the axes of the program [m]."""
-    omega, sample = parameters.tracking.omega, parameters.sample
-    elapsed = cycle * parameters.tracking.swing.period
-    node = math.floor(elapsed / sample + DUE)
-    dcm = deviation[axis, 0]
-    start, shifts = elapsed, parameters.samples + parameters.steps
-    for a in range(min(parameters.samples_per_step - node, parameters.samples)):
-        end = (node + 1 + a) * sample
-        pivot = solution[axis, a]
-        if parameters.max_shift > 0.0:
-            pivot += solution[axis, shifts + a]
-        dcm = pivot + (dcm - pivot) * math.exp(omega * (end - start))
-        start = end
-    return dcm
-
-
-@njit
-def decide(parameters, observation, deviation, solution, cycle, solved, next_state):
-    """Take the solution of the program into the state."""
-    parameters, observation = parameters[0], observation[0]
-    plan, decision = next_state[0].plan, next_state[0].decision
-    node = math.floor(observation.elapsed / parameters.sample + DUE) + 1
-    decision.until = min(observation.elapsed + parameters.solve_period, node * parameters.sample)
-    decision.status = 0 if solved else _NOT_CONVERGED
-    for i in range(2):
-        sign = 1.0 if i == 0 else float(observation.support_side)
-        decision.zmp[i] = sign * solution[i, 0]
-        if abs(solution[i, 0]) >= parameters.tracking.half_foot[i] - _EDGE_TOLERANCE:
-            decision.status |= _ZMP_AT_EDGE
-        landing = 0.0
-        if parameters.steps > 0:
-            landing = solution[i, parameters.samples]
-        decision.torque[i] = 0.0
-        if parameters.max_shift > 0.0:
-            shift = solution[i, parameters.samples + parameters.steps]
-            decision.torque[i] = sign * parameters.torque_per_shift * shift
-        dcm = _offset_at_landing(parameters, observation, deviation, solution, i, cycle)
-        decision.landing[i] = sign * landing
-        decision.offset[i] = plan.end_offset[i] + sign * (dcm - landing)
-
-
-@njit
-def act(parameters, state, observation, next_state):
-    """Write the command of what was decided."""
-    parameters, observation = parameters[0], observation[0]
-    plan, decision = next_state[0].plan, next_state[0].decision
-    command = next_state[0].command
-    adapted = False
-    for i in range(2):
-        adapted = adapted or abs(decision.landing[i]) > LANDING_TOLERANCE
-        command.zmp[i] = observation.support_foot[i] + decision.zmp[i]
-        landing = observation.support_foot[i] + plan.step[i] + decision.landing[i]
-        command.step_location[i] = landing
-        command.dcm_offset[i] = decision.offset[i]
-        command.hip_torque[i] = decision.torque[i]
-    plan.adapting = 1 if adapted else 0
-    command.mode = _ADAPTING if adapted else _TRACKING_MODE
-    command.status, command.double_support = decision.status, 0
-    if observation.elapsed > plan.step_duration + DUE:
-        command.status |= _NO_TIME_LEFT
-    command.step_duration = max(plan.step_duration, observation.elapsed)
-    command_swing(
-        parameters.tracking.swing,
-        observation,
-        (0.0, plan.step_duration),
-        parameters.tracking.landing_yaw,
-        state[0].command,
-        plan.phase,
-        decision.new_step != 0,
-        command,
-    )
-
-
 def receding_step(
     parameters: NDArray[np.void],
     programs: Programs,
@@ -376,7 +147,7 @@ def receding_step(
         parameters, programs.gain, programs.row_state, state, observation.array, next_state,
         deviation, gradient, lower, upper,
     )  # fmt: skip
-    if task == _SOLVE:
+    if task == SOLVE:
         kinds = np.zeros(unknowns + rows, np.int32)
         kinds[unknowns:] = _SOFT
         solved = True
@@ -391,6 +162,44 @@ def receding_step(
             else:
                 solved = False
         decide(parameters, observation.array, deviation, solution, cycle, solved, next_state)
-    if task != _HELD:
+    if task != HELD:
         act(parameters, state, observation.array, next_state)
     return Command.of(next_state["command"]), next_state
+
+
+@dataclass(frozen=True)
+class RecedingHorizon:
+    """What every linear MPC does with its programs; what they are is the subclass's own.
+
+    A subclass has the fields of a controller, see `models.interfaces.Controller`, and `programs`.
+    """
+
+    @property
+    def kernel(self) -> None:
+        """None: a library solves its programs, so it walks alone and not in a compiled batch."""
+        return
+
+    def first_observation(self: Any, support_side: Side | None = None) -> Observation:
+        """What a robot on the nominal gait observes at a touchdown; right foot first by default."""
+        return self.gait.observation(Side.RIGHT if support_side is None else support_side)
+
+    def start(self: Any, observation: Observation) -> NDArray[np.void]:
+        """The state before the first cycle: a program is due.
+
+        Raises:
+            ParameterError: the observation is not finite.
+        """
+        state = new_array(MPC_STATE)
+        first_plan(self.gait, observation, state)
+        state["decision"]["until"] = -math.inf
+        return state
+
+    def step(
+        self: Any, state: NDArray[np.void], observation: Observation
+    ) -> tuple[Command, NDArray[np.void]]:
+        """One cycle: what to do now, and the state for the next cycle."""
+        return receding_step(self.parameters, self.programs, state, observation)
+
+    def with_velocity(self, velocity: tuple[float, float]) -> Self:
+        """The same controller for another velocity; the state carries over."""
+        return replace(self, velocity=velocity)  # type: ignore[call-arg]
