@@ -23,8 +23,6 @@ INCOMPLETE, STOPPED = 1, 130
 FULL_SPEEDS, FULL_DURATIONS = (2.0, 3.0, 4.0, 6.0, math.inf), (0.1, 0.2, 0.4)
 """Leg speeds [m/s] and push durations [s] of `--full`."""
 
-TABLE = "compare.parquet"
-
 
 @click.command()
 @robot_option
@@ -126,6 +124,7 @@ def _compare(protocol: Protocol, out: Path, workers: int, as_json: bool) -> int:
 def _show(result: Any, out: Path, as_json: bool) -> None:
     from rich.console import Console
 
+    from surefoot.studies.compare import TABLE
     from surefoot.viewers.compare_report import write_compare_report
     from surefoot.viewers.compare_table import print_compare_table
     from surefoot.viewers.comparison import comparison

@@ -234,9 +234,12 @@ def run_comparison(
         shards.add(fresh)
     rows = []
     for cell in wanted.values():
-        row = have.get(cell_key(protocol.walked(cell)))
+        walked = protocol.walked(cell)
+        row = have.get(cell_key(walked))
         if row is not None:
-            rows.append({**row, **asdict(cell), **limits_of(protocol, cell)})
+            # A walk that stands for another leg has the impulse of that leg, but not its limits.
+            other = {} if walked == cell else asdict(cell) | limits_of(protocol, cell)
+            rows.append(row | other)
     return rows, failures
 
 
