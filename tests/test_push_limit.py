@@ -16,6 +16,7 @@ import pytest
 from msgspec import structs
 
 import surefoot as sf
+from surefoot.models.leg import furthest
 from surefoot.models.viable_displacement import NODES, viable_displacement
 from surefoot.planning.push_limit import axis_directions, fixed_steps_limit, gait_in_step
 from surefoot.studies.limit_grid import grid_limits, largest_disagreement
@@ -25,7 +26,7 @@ WAYS = axis_directions(sf.Side.RIGHT)
 
 
 def with_leg(robot: sf.Robot, speed: float) -> sf.Robot:
-    return robot.replace(swing=structs.replace(robot.swing, max_speed=speed))
+    return robot.with_leg(max_speed=speed)
 
 
 def with_steps(robot: sf.Robot, hip: float, step_y: tuple[float, float]) -> sf.Robot:
@@ -82,14 +83,20 @@ def test_without_a_limited_leg_the_tables_are_the_viable_offsets(
             assert found == pytest.approx((viable.lower[axis], viable.upper[axis]), abs=1e-9)
 
 
-@pytest.mark.parametrize("speed", [1.0, 3.0, 6.0])
+@pytest.mark.parametrize(
+    ("speed", "acceleration"),
+    [(1.0, math.inf), (3.0, math.inf), (6.0, math.inf), (3.0, 30.0), (6.0, 60.0), (math.inf, 60.0)],
+)
 @pytest.mark.parametrize("step_y", [(-0.2, 0.3), (-0.02, 0.05)])
-def test_the_tables_satisfy_their_equation(robot: sf.Robot, speed: float, step_y) -> None:
+def test_the_tables_satisfy_their_equation(
+    robot: sf.Robot, speed: float, acceleration: float, step_y
+) -> None:
     """By brute force over landings and landing times, from some nodes."""
-    slow = with_leg(with_steps(robot, 0.2, step_y), speed)
+    slow = with_steps(robot, 0.2, step_y).with_leg(max_speed=speed, max_acceleration=acceleration)
     tables = viable_displacement(slow)
     shortest, longest = robot.gait.step_duration
     times = np.linspace(shortest, longest, 601)[:, np.newaxis]
+    ways = np.array([[furthest(0.0, time[0], speed, acceleration)] for time in times])
     for axis, (k, sign) in itertools.product(range(2), enumerate((1.0, -1.0))):
         nodes = tables.low[axis] + tables.spacing[axis] * np.arange(NODES)
         landings = np.linspace(nodes[0], nodes[-1], 1001)
@@ -97,7 +104,7 @@ def test_the_tables_satisfy_their_equation(robot: sf.Robot, speed: float, step_y
         for node in (0, 30, 61, 100):
             foot = -nodes[node] if axis == 0 else nodes[node]
             worth = np.exp(-slow.omega * times) * (sign * landings + after)
-            worth[np.abs(landings - foot) > speed * times + 1e-9] = -np.inf
+            worth[np.abs(landings - foot) > ways + 1e-9] = -np.inf
             assert tables.values[axis, k, node] == pytest.approx(worth.max(), abs=6e-4)
             assert tables.values[axis, k, node] >= worth.max() - 1e-9
 
@@ -123,6 +130,43 @@ def test_the_limit_in_a_step_satisfies_its_equation(robot: sf.Robot, axis: int, 
             assert now >= max(later, sign * foot + after) - 1e-9
 
 
+@pytest.mark.parametrize("velocity", [0.0, 1.5, -2.0])
+@pytest.mark.parametrize("acceleration", [20.0, 60.0])
+def test_the_limit_in_a_step_is_the_best_of_all_landings(robot, velocity, acceleration) -> None:
+    """By brute force over landing times and all that the moving foot can reach in them."""
+    leg = robot.with_leg(max_speed=3.0, max_acceleration=acceleration)
+    tables = viable_displacement(leg)
+    for axis, k, foot, elapsed in itertools.product((0, 1), (0, 1), (0.1, 0.3), (0.05, 0.25)):
+        sign, low = 1 - 2 * k, tables.low[axis]
+        nodes = low + tables.spacing[axis] * np.arange(NODES)
+        after = tables.values[axis, k if axis == 0 else 1 - k]
+        best = -math.inf
+        for time in np.linspace(max(0.2 - elapsed, 0.0), 0.8 - elapsed, 801):
+            ahead = foot + furthest(velocity, time, 3.0, acceleration)
+            behind = foot - furthest(-velocity, time, 3.0, acceleration)
+            if behind > nodes[-1] or ahead < low:
+                continue
+            # A concave worth has its maximum at a node inside or at an end of the reach.
+            inside = nodes[(nodes >= behind) & (nodes <= ahead)]
+            landings = np.append(inside, np.clip((behind, ahead), low, nodes[-1]))
+            worth = sign * landings + np.interp(landings, nodes, after)
+            best = max(best, math.exp(-leg.omega * time) * worth.max())
+        found = tables.in_step(axis, sign, foot, elapsed, velocity)
+        assert found == pytest.approx(best, abs=1e-3)
+        assert found >= best - 1e-12
+
+
+def test_the_acceleration_takes_its_share(robot: sf.Robot) -> None:
+    """More of it never hurts, and very much of it is as good as no limit."""
+    tables = [
+        impulses(robot.with_leg(max_speed=3.0, max_acceleration=acceleration), elapsed=0.25)
+        for acceleration in (20.0, 30.0, 60.0, 120.0, 1e6, math.inf)
+    ]
+    assert (np.diff(tables, axis=0) >= -1e-9).all()
+    assert (np.array(tables[0]) < 0.97 * np.array(tables[-1])).all()
+    assert tables[-2] == pytest.approx(tables[-1], rel=1e-4)
+
+
 @pytest.mark.parametrize("speed", [2.0, 6.0, math.inf])
 @pytest.mark.parametrize("sole", [False, True])
 def test_a_grid_agrees(robot: sf.Robot, speed: float, sole: bool) -> None:
@@ -135,6 +179,18 @@ def test_a_grid_agrees(robot: sf.Robot, speed: float, sole: bool) -> None:
         assert found == pytest.approx(grid[name], rel=0.01)
 
 
+@pytest.mark.parametrize("sole", [False, True])
+def test_a_grid_agrees_where_the_acceleration_is_limited(robot: sf.Robot, sole: bool) -> None:
+    leg = robot.with_leg(max_speed=3.0, max_acceleration=60.0)
+    reach = robot.foot.half if sole else (0.0, 0.0)
+    grid = grid_limits(leg, PHASES, zmp_reach=reach, levels=4)
+    for name, way in WAYS.items():
+        found = [
+            sf.push_limit(leg, way, elapsed=elapsed, zmp_reach=reach).impulse for elapsed in PHASES
+        ]
+        assert found == pytest.approx(grid[name], rel=0.01)
+
+
 def test_a_grid_agrees_where_waiting_is_best(robot: sf.Robot) -> None:
     """A narrow lateral range, and a step box that is not the same forward and back."""
     limits = structs.replace(robot.gait, step_x=(-0.3, 0.5), step_y=(-0.02, 0.05))
@@ -142,6 +198,12 @@ def test_a_grid_agrees_where_waiting_is_best(robot: sf.Robot) -> None:
     assert viable_displacement(narrow).after_step(1, -1, 0.2) < 0.0
     found = largest_disagreement([narrow], (0.05, 0.2), velocity=(0.3, 0.01), duration=0.1)
     assert found.fraction < 0.01
+    # Across it has to wait, which the axis of the push would rather not.
+    both = {"velocity": (0.3, 0.01), "elapsed": 0.05, "duration": 0.1}
+    apart = sf.push_limit(narrow, WAYS["back"], together=False, **both).impulse
+    assert sf.push_limit(narrow, WAYS["back"], **both).impulse == pytest.approx(
+        0.848 * apart, rel=0.01
+    )
 
 
 @pytest.mark.parametrize("leg_speed", [2.0, math.inf])
@@ -163,6 +225,10 @@ def test_a_gait_that_the_leg_cannot_swing_has_no_limit() -> None:
     with pytest.raises(sf.VelocityError, match=r"at least 1\.875 m/s .* less than about 0\.4 m/s"):
         sf.push_limit(slow, (1.0, 0.0))
     assert sf.push_limit(slow, (1.0, 0.0), velocity=(0.3, 0.0)).impulse > 0.0
+    weak = slow.with_leg(max_speed=3.0, max_acceleration=10.0)
+    with pytest.raises(sf.VelocityError, match=r"at least 11\.55 m/s\^2 .* less than about 0\.43"):
+        sf.push_limit(weak, (1.0, 0.0))
+    assert sf.push_limit(weak, (1.0, 0.0), velocity=(0.4, 0.0)).impulse > 0.0
 
 
 @pytest.mark.parametrize("way", WAYS)
@@ -210,13 +276,13 @@ def test_the_mass_cancels(robot: sf.Robot) -> None:
     assert heavy.delta_v == pytest.approx(heavy.impulse / 140.0)
 
 
-def test_a_diagonal_has_the_least_of_both_axes(robot: sf.Robot) -> None:
+def test_a_diagonal_of_an_unlimited_leg_has_the_least_of_both_axes(robot: sf.Robot) -> None:
+    """Such a leg lands as soon as it may, whatever the axis, so nothing has to be agreed on."""
     forward, outward = (sf.push_limit(robot, way) for way in ((1.0, 0.0), (0.0, 1.0)))
     diagonal = sf.push_limit(robot, (3.0, 4.0))
     assert diagonal.direction == pytest.approx((0.6, 0.8))
-    assert diagonal.impulse == pytest.approx(min(forward.impulse / 0.6, outward.impulse / 0.8))
-    assert forward.exact
-    assert not diagonal.exact
+    least = min(forward.impulse / 0.6, outward.impulse / 0.8)
+    assert diagonal.impulse == pytest.approx(least, rel=1e-4)
     fixed = fixed_steps_limit(robot, (3.0, 4.0))
     sideways = fixed_steps_limit(robot, (0.0, 1.0))
     assert fixed.impulse == pytest.approx(sideways.impulse / 0.8)
@@ -229,12 +295,16 @@ def test_it_starts_where_a_walk_is(robot: sf.Robot, velocity: tuple[float, float
     for step, elapsed in ((1, 0.1), (2, 0.3)):
         side, start = walk.footsteps[step].side, walk.footsteps[step].start
         row = int(np.argmin(np.abs(walk.time - (start + elapsed))))
-        offset, foot = gait_in_step(controller.gait, side, float(walk.time[row] - start))
+        offset, foot, velocity_of_foot = gait_in_step(
+            controller.gait, side, float(walk.time[row] - start)
+        )
         support = np.array(walk.footsteps[step].support_foot)
         dcm = walk.dcm[row] - support
         swing = walk.swing_foot[row, :2] - support
         assert (dcm[0], side * dcm[1]) == pytest.approx(offset, abs=1e-6)
         assert (swing[0], side * swing[1]) == pytest.approx(foot, abs=1e-6)
+        speed = walk.observations["swing_foot_velocity"][row]
+        assert (speed[0], side * speed[1]) == pytest.approx(velocity_of_foot, abs=1e-6)
 
 
 def test_the_fastest_gait_has_nothing_left_for_a_push(robot: sf.Robot) -> None:
@@ -255,6 +325,7 @@ def test_the_disagreement_is_told_with_its_case(robot: sf.Robot) -> None:
     assert found.fraction == pytest.approx(abs(found.impulse - found.grid_impulse) / larger)
     assert found.as_numbers()["leg_speed"] is None
     assert replace(found, leg_speed=3.0).as_numbers()["leg_speed"] == 3.0
+    assert found.as_numbers()["leg_acceleration"] is None
 
 
 @pytest.mark.parametrize(

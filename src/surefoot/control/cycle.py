@@ -8,7 +8,7 @@ import numpy as np
 
 from surefoot.compiling import njit
 from surefoot.models.interfaces import Status
-from surefoot.models.plane import length
+from surefoot.models.leg import hurry, is_reachable
 from surefoot.planning.swing_foot import height, next_phase, quintic
 
 SWING = np.dtype(
@@ -16,17 +16,18 @@ SWING = np.dtype(
         ("height", "f8"),
         ("descent", "f8"),
         ("max_speed", "f8"),
+        ("max_acceleration", "f8"),
         ("period", "f8"),
     ],
 )
 """Parameters of the swing foot: apex [m], distance that it would sink in a flight at its landing
-velocity [m], speed limit [m/s], control period [s]."""
+velocity [m], limits of speed and acceleration along each axis [m/s, m/s^2], control period [s]."""
 
-SPEED_SAMPLES = 12
-"""Where the speed of the way ahead is looked at; a quintic has no narrower peaks."""
+SAMPLES = 12
+"""Where the way ahead is looked at; a quintic has no narrower peaks."""
 
-SPEED_TOLERANCE = 1e-3
-"""Fraction of the speed limit that the samples may exceed: a foot at its limit is not too fast."""
+LIMIT_TOLERANCE = 1e-3
+"""Fraction of a limit that the samples may exceed: a foot at its limit is not too fast."""
 
 LARGEST_MAGNITUDE = 1e9
 """No position, velocity or time of an observation is larger, in SI units."""
@@ -36,9 +37,6 @@ LARGEST_EXPONENT = 60.0
 
 LAST_CYCLE = 1e-6
 """A flight that is longer than a period by this fraction of it ends in this cycle all the same."""
-
-REACH_TOLERANCE = 1e-9
-"""A landing no further out of reach than this is reached [m]."""
 
 _UNREACHABLE = int(Status.UNREACHABLE)
 
@@ -76,61 +74,45 @@ def side_index(support_side: int) -> int:
     return 0 if support_side > 0 else 1
 
 
-@njit(forceinline=True)
-def _way(observation, previous, new_step, left, command, axis, time):
-    """The smooth way to the landing over ground, one axis: position, velocity, acceleration."""
-    return quintic(
-        observation.swing_foot[axis],
-        observation.swing_foot_velocity[axis],
-        0.0 if new_step else previous.swing_foot_acceleration[axis],
-        command.step_location[axis],
-        0.0,
-        left,
-        time,
-    )
-
-
 @njit
-def too_fast(swing, observation, previous, new_step, left, command) -> bool:
-    """Whether the smooth way to the landing would exceed the speed limit of the leg."""
-    limit = swing.max_speed * (1.0 + SPEED_TOLERANCE)
-    for k in range(SPEED_SAMPLES):
-        speed = 0.0
-        for i in range(2):
-            time = left * k / SPEED_SAMPLES
-            _, velocity, _ = _way(observation, previous, new_step, left, command, i, time)
-            speed = length(speed, velocity)
-        if speed > limit:
+def is_too_fast(swing, position, velocity, acceleration, landing, left) -> bool:
+    """Whether the smooth way to the landing would ask too much of the leg, along one axis."""
+    speed = swing.max_speed * (1.0 + LIMIT_TOLERANCE)
+    most = swing.max_acceleration * (1.0 + LIMIT_TOLERANCE)
+    if speed == math.inf and most == math.inf:
+        return False
+    for k in range(SAMPLES):
+        _, then, change = quintic(
+            position, velocity, acceleration, landing, 0.0, left, left * k / SAMPLES
+        )
+        if abs(then) > speed or abs(change) > most:
             return True
     return False
 
 
 @njit
 def _move_over_ground(swing, observation, previous, new_step, left, command):
-    """Write x and y of the swing foot; flag a landing that a leg of limited speed cannot reach."""
-    away_x = command.step_location[0] - observation.swing_foot[0]
-    away_y = command.step_location[1] - observation.swing_foot[1]
-    distance = length(away_x, away_y)
-    if distance > swing.max_speed * left + REACH_TOLERANCE:
-        command.status |= _UNREACHABLE
-    hurry = (
-        swing.max_speed < math.inf
-        and distance > 0.0
-        and too_fast(swing, observation, previous, new_step, left, command)
-    )
+    """Write x and y of the swing foot; flag a landing that the leg cannot reach."""
     for i in range(2):
-        if hurry:
-            direction = (away_x if i == 0 else away_y) / distance
-            speed = swing.max_speed * direction
-            command.swing_foot[i] = observation.swing_foot[i] + speed * swing.period
+        foot, velocity = observation.swing_foot[i], observation.swing_foot_velocity[i]
+        acceleration = 0.0 if new_step else previous.swing_foot_acceleration[i]
+        landing = command.step_location[i]
+        away = landing - foot
+        if not is_reachable(away, velocity, left, swing.max_speed, swing.max_acceleration):
+            command.status |= _UNREACHABLE
+        if is_too_fast(swing, foot, velocity, acceleration, landing, left):
+            moved, speed, change = hurry(
+                away, velocity, left, swing.period, swing.max_speed, swing.max_acceleration
+            )
+            command.swing_foot[i] = foot + moved
             command.swing_foot_velocity[i] = speed
-            command.swing_foot_acceleration[i] = 0.0
+            command.swing_foot_acceleration[i] = change
             continue
         (
             command.swing_foot[i],
             command.swing_foot_velocity[i],
             command.swing_foot_acceleration[i],
-        ) = _way(observation, previous, new_step, left, command, i, swing.period)
+        ) = quintic(foot, velocity, acceleration, landing, 0.0, left, swing.period)
 
 
 @njit
@@ -162,9 +144,9 @@ def command_swing(
 ) -> None:
     """Write the swing foot of the command, one period on; `command` already has landing and timing.
 
-    The foot follows its polynomials, C2 through every re-plan. Only where these would exceed the
-    speed limit of the leg does it go straight to the landing at that limit: a late foot costs more
-    than a rough one. Over ground, position and velocity are those of the observation and the
+    The foot follows its polynomials, C2 through every re-plan. Only along an axis on which these
+    would exceed the limits of the leg does it hurry at those: a late foot costs more than a rough
+    one. Over ground, position and velocity are those of the observation and the
     acceleration is the one last commanded, since measured accelerations are noise. The height
     follows the phase of the flight, which is remembered.
 
@@ -191,13 +173,11 @@ def command_swing(
         _move_up_and_down(swing, left, phase, command)
         return
     command.swing_yaw = landing_yaw
-    away = length(
-        command.step_location[0] - observation.swing_foot[0],
-        command.step_location[1] - observation.swing_foot[1],
-    )
-    reach = swing.max_speed * left if left > 0.0 else 0.0
-    if swing.max_speed < math.inf and away > reach + REACH_TOLERANCE:
-        command.status |= _UNREACHABLE
+    for i in range(2):
+        away = command.step_location[i] - observation.swing_foot[i]
+        velocity, rest = observation.swing_foot_velocity[i], max(left, 0.0)
+        if not is_reachable(away, velocity, rest, swing.max_speed, swing.max_acceleration):
+            command.status |= _UNREACHABLE
     # The foot arrives at the pace of its flight; later, in double support, it rests.
     down = swing.descent * phase[1] if left > 0.0 else 0.0
     _stand(command.step_location[0], command.step_location[1], down, command)

@@ -134,6 +134,7 @@ def tracking_parameters(
     flight = gait.step_duration * (1.0 - double_support)
     swing["descent"] = robot.swing.landing_velocity * flight
     swing["max_speed"], swing["period"] = robot.swing.max_speed, period
+    swing["max_acceleration"] = robot.swing.max_acceleration
     return parameters
 
 

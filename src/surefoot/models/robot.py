@@ -52,12 +52,15 @@ class Swing(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tru
     Attributes:
         height: apex over the ground [m].
         landing_velocity: downward speed at touchdown [m/s].
-        max_speed: horizontal speed limit of the foot [m/s]; inf is the paper's idealisation.
+        max_speed: speed limit of the foot over ground, of each axis by itself [m/s]; inf is the
+            paper's idealisation.
+        max_acceleration: likewise for its acceleration [m/s^2].
     """
 
     height: float = 0.05
     landing_velocity: float = 0.0
     max_speed: float = math.inf
+    max_acceleration: float = math.inf
 
     def __post_init__(self) -> None:
         _check_positive("swing", height=self.height)
@@ -67,12 +70,13 @@ class Swing(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tru
                 f"{self.landing_velocity}",
                 "give it as a positive number, it points down",
             )
-        if not self.max_speed > 0.0:
-            raise RobotError(
-                "`max_speed` of the swing to be positive [m/s]",
-                f"{self.max_speed}",
-                "leave it out, or write inf, for the paper's unlimited leg",
-            )
+        for name, unit in (("max_speed", "m/s"), ("max_acceleration", "m/s^2")):
+            if not getattr(self, name) > 0.0:
+                raise RobotError(
+                    f"`{name}` of the swing to be positive [{unit}]",
+                    f"{getattr(self, name)}",
+                    "leave it out, or write inf, for the paper's unlimited leg",
+                )
 
 
 class Trunk(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
@@ -137,6 +141,22 @@ class Robot(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tru
     def omega(self) -> float:
         """Natural frequency of the pendulum [1/s]."""
         return float(natural_frequency(self.com_height, self.gravity))
+
+    def with_leg(
+        self, *, max_speed: float | None = None, max_acceleration: float | None = None
+    ) -> Robot:
+        """A copy with another leg; a limit that is None stays as it is.
+
+        Args:
+            max_speed: of the swing foot, each axis by itself, may be inf [m/s].
+            max_acceleration: likewise [m/s^2].
+
+        Raises:
+            RobotError: a limit is not positive.
+        """
+        limits = {"max_speed": max_speed, "max_acceleration": max_acceleration}
+        changes = {name: value for name, value in limits.items() if value is not None}
+        return self.replace(swing=msgspec.structs.replace(self.swing, **changes))
 
     def replace(self, **changes: Any) -> Robot:
         """A copy with some attributes changed, checked like a file: `robot.replace(mass=70.0)`.

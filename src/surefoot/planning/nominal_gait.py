@@ -20,6 +20,9 @@ from surefoot.models.robot import Robot
 QUINTIC_PEAK = 1.875
 """Largest speed of a quintic from rest to rest, over its mean speed."""
 
+QUINTIC_ACCELERATION = 10.0 / math.sqrt(3.0)
+"""Its largest acceleration, times duration over mean speed."""
+
 
 @dataclass(frozen=True)
 class NominalGait:
@@ -48,12 +51,18 @@ class NominalGait:
 
     @property
     def swing_speed(self) -> float:
-        """Largest speed of the swing foot on its smooth way from foothold to foothold [m/s].
+        """Largest speed along an axis of the smooth way from foothold to foothold [m/s]."""
+        return QUINTIC_PEAK * self._stride / self.step_duration
 
-        The hips of two steps cancel, so the foot goes as far as the body in that time.
-        """
-        stride = 2.0 * math.hypot(self.step_length, self.lateral_step)
-        return QUINTIC_PEAK * stride / self.step_duration
+    @property
+    def swing_acceleration(self) -> float:
+        """Likewise the largest acceleration along an axis [m/s^2]."""
+        return QUINTIC_ACCELERATION * self._stride / self.step_duration**2
+
+    @property
+    def _stride(self) -> float:
+        """Way of the swing foot along the longer axis [m]: the hips of two steps cancel."""
+        return 2.0 * max(abs(self.step_length), abs(self.lateral_step))
 
     def step(self, support_side: Side) -> tuple[float, float]:
         """Step vector (X_nom, Y_nom + s hip) in the given support, Eqs. (15)-(16) [m]."""

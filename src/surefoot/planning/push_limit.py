@@ -3,24 +3,28 @@
 A force F for a time D moves the DCM by F / (m omega^2) (1 - e^(-omega D)) in displacement of its
 onset, whatever the feet do meanwhile. So no policy, however clever, survives more than
 
-    J = F D = D m omega^2 / (1 - e^(-omega D)) (Z_up(foot, t) + c - o),
+    J = F D = D m omega^2 / (1 - e^(-omega D)) room,     room = Z_up(foot, t) + c - o  on an axis,
 
 where o is the DCM offset along the push at its onset, c how far the ZMP can move, and Z_up what the
-step under way and all later ones are worth (`models.viable_displacement`). The policy that steps as
-Z says survives all below. Own derivation.
+step under way and all later ones are worth (`models.viable_displacement`). Both axes land at the
+same times, so the room is that of the best schedule of landings (`planning.pushed_step`), in
+every direction. The policy that steps by it survives all below. Own derivation.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
 
 from surefoot.checks import check_number, check_pair
 from surefoot.errors import ParameterError, VelocityError
 from surefoot.models.footsteps import Side
 from surefoot.models.robot import Robot
-from surefoot.models.viable_displacement import viable_displacement
 from surefoot.planning.nominal_gait import NominalGait, nominal_gait
+from surefoot.planning.pushed_step import PushedStep
 from surefoot.planning.swing_foot import quintic
 
 _ROUNDING = 1e-9
@@ -34,15 +38,11 @@ class ImpulseLimit:
         direction: unit vector of the push (x, y).
         impulse: no policy survives more [N s]; 0 if not even the gait itself can be kept.
         delta_v: impulse / mass [m/s].
-        exact: whether it is attained on the axis of the push, which then is the only one that
-            counts. Elsewhere each axis would have to land at its own best time, and the limit is an
-            upper bound.
     """
 
     direction: tuple[float, float]
     impulse: float
     delta_v: float
-    exact: bool
 
 
 def push_limit(
@@ -55,16 +55,15 @@ def push_limit(
     support_side: Side = Side.RIGHT,
     zmp_reach: tuple[float, float] = (0.0, 0.0),
     step_duration: float | None = None,
+    together: bool = True,
 ) -> ImpulseLimit:
     """The largest impulse that ANY policy can survive which learns of the push when it starts.
 
-    The push acts on the nominal gait: DCM and swing foot are where that has them at `elapsed`. The
-    limit is exact along the axes, as far as the other axis can follow the same landings. In other
-    directions it is the least of the axes' limits, each divided by the component of the direction:
-    a valid upper bound, which landings that serve both axes may not quite reach.
+    The push acts on the nominal gait: DCM, swing foot and its velocity are what that has at
+    `elapsed`. Both axes, pushed or not, have to be held by the same landing times.
 
     Args:
-        robot: mass, height, gait limits, and the speed limit of its swing foot.
+        robot: mass, height, gait limits, and the limits of its leg.
         direction: of the push (x, y) in the world, of any length but zero.
         velocity: at which it walks [m/s].
         elapsed: time from the touchdown to the push [s].
@@ -73,20 +72,22 @@ def push_limit(
         zmp_reach: how far the ZMP can move from the centre of the foot: (0, 0) for a point foot,
             `robot.foot.half` for the whole sole (x, y) [m].
         step_duration: T_nom of the gait, chosen from the velocity if None [s].
+        together: whether both axes land at the same times. If not, every axis that is pushed lands
+            at its own best times and nothing else counts: an upper bound that is quick to have.
 
     Returns:
         The limit.
 
     Raises:
         ParameterError: a direction of no length, a time outside the step, a negative reach.
-        VelocityError: the velocity cannot be walked, or the leg is too slow for the smooth swing of
+        VelocityError: the velocity cannot be walked, or the leg is too weak for the smooth swing of
             its gait: then nobody knows where the foot is when the push comes.
         RobotError: the leg is too slow to step at all.
     """
     unit = unit_direction(direction)
     check_number("duration", duration, 0.0, "s", above=True)
     check_pair("zmp_reach", zmp_reach, 0.0, "m")
-    gait = nominal_gait(robot, velocity, step_duration)
+    gait = nominal_gait(robot, (velocity[0], velocity[1]), step_duration)
     check_number("elapsed", elapsed, 0.0, "s")
     if elapsed > gait.step_duration:
         raise ParameterError(
@@ -95,32 +96,46 @@ def push_limit(
             "count from the touchdown that began the step under way",
         )
     check_leg(robot, gait)
-    tables = viable_displacement(robot)
-    offset, foot = gait_in_step(gait, Side(support_side), elapsed)
-    room = math.inf
-    for axis in range(2):
-        if unit[axis] != 0.0:
-            sign = _towards_swing_foot(unit, axis, Side(support_side))
-            worth = tables.in_step(axis, sign, foot[axis], elapsed) + zmp_reach[axis]
-            room = min(room, (worth - sign * offset[axis]) / abs(unit[axis]))
+    reach = (float(zmp_reach[0]), float(zmp_reach[1]))
+    room = _room(robot, gait, unit, elapsed, Side(support_side), reach, together)
     impulse = max(impulse_per_offset(robot, duration) * room, 0.0)
-    return ImpulseLimit(unit, impulse, impulse / robot.mass, 0.0 in unit)
+    return ImpulseLimit(unit, impulse, impulse / robot.mass)
+
+
+@lru_cache(maxsize=4096)
+def _room(
+    robot: Robot,
+    gait: NominalGait,
+    unit: tuple[float, float],
+    elapsed: float,
+    side: Side,
+    zmp_reach: tuple[float, float],
+    together: bool,
+) -> float:
+    """How far the DCM can be moved along the push, whose duration does not matter here [m]."""
+    state = np.array(gait_in_step(gait, side, elapsed))
+    step = PushedStep(robot, state, (unit[0], side * unit[1]), zmp_reach, elapsed)
+    return step.best_schedule()[0] if together else min(step.axis_rooms().values())
 
 
 def check_leg(robot: Robot, gait: NominalGait) -> None:
     """Refuse a leg that cannot swing as smoothly as the gait wants it to.
 
     Raises:
-        VelocityError: the leg is too slow.
+        VelocityError: the leg is too slow, or accelerates too little.
     """
-    if gait.swing_speed > robot.swing.max_speed * (1.0 + _ROUNDING):
-        speed = math.hypot(*gait.velocity) * robot.swing.max_speed / gait.swing_speed
-        raise VelocityError(
-            f"a leg of at least {gait.swing_speed:.4g} m/s for the swing of a gait at "
-            f"{gait.velocity}",
-            f"`max_speed` {robot.swing.max_speed} m/s",
-            f"walk at less than about {speed:.2g} m/s, or give a faster leg",
-        )
+    for name, unit, needed in (
+        ("max_speed", "m/s", gait.swing_speed),
+        ("max_acceleration", "m/s^2", gait.swing_acceleration),
+    ):
+        limit = getattr(robot.swing, name)
+        if needed > limit * (1.0 + _ROUNDING):
+            speed = math.hypot(*gait.velocity) * limit / needed
+            raise VelocityError(
+                f"a leg of at least {needed:.4g} {unit} for the swing of a gait at {gait.velocity}",
+                f"`{name}` {limit} {unit}",
+                f"walk at less than about {speed:.2g} m/s, or give a better leg",
+            )
 
 
 def fixed_steps_limit(
@@ -149,7 +164,7 @@ def fixed_steps_limit(
         half / abs(part) for half, part in zip(robot.foot.half, unit, strict=True) if part != 0.0
     )
     impulse = impulse_per_offset(robot, duration) * room
-    return ImpulseLimit(unit, impulse, impulse / robot.mass, True)
+    return ImpulseLimit(unit, impulse, impulse / robot.mass)
 
 
 def axis_directions(support_side: Side) -> dict[str, tuple[float, float]]:
@@ -166,6 +181,24 @@ def axis_directions(support_side: Side) -> dict[str, tuple[float, float]]:
     }
 
 
+def eight_directions(support_side: Side) -> dict[str, tuple[float, float]]:
+    """The `axis_directions` and the diagonals between them, once round from forward to outward."""
+    outward, half = float(support_side), math.sqrt(0.5)
+    forward, back, left, right = axis_directions(support_side).items()
+    return dict(
+        [
+            forward,
+            ("forward-outward", (half, half * outward)),
+            left,
+            ("back-outward", (-half, half * outward)),
+            back,
+            ("back-inward", (-half, -half * outward)),
+            right,
+            ("forward-inward", (half, -half * outward)),
+        ]
+    )
+
+
 def impulse_per_offset(robot: Robot, duration: float) -> float:
     """D m omega^2 / (1 - e^(-omega D)): the impulse that a metre of DCM offset can take [N s/m]."""
     return duration * robot.mass * robot.omega**2 / -math.expm1(-robot.omega * duration)
@@ -173,7 +206,7 @@ def impulse_per_offset(robot: Robot, duration: float) -> float:
 
 def gait_in_step(
     gait: NominalGait, support_side: Side, elapsed: float
-) -> tuple[tuple[float, float], tuple[float, float]]:
+) -> tuple[tuple[float, float], tuple[float, float], tuple[float, float]]:
     """Where the nominal gait has DCM and swing foot, relative to the support foot.
 
     Args:
@@ -182,18 +215,20 @@ def gait_in_step(
         elapsed: t, time since touchdown [s].
 
     Returns:
-        DCM offset and swing foot, each as x forward and y towards the swing foot [m].
+        DCM offset, swing foot and its velocity, each as x forward and y towards the swing foot
+        [m, m, m/s].
     """
     growth = math.exp(gait.omega * elapsed)
     offset_x, offset_y = gait.start_offset(support_side)
     behind, ahead = gait.step(support_side.other), gait.step(support_side)
-    foot_x, foot_y = (
-        quintic(-start, 0.0, 0.0, end, 0.0, gait.step_duration, elapsed)[0]
+    (foot_x, velocity_x, _), (foot_y, velocity_y, _) = (
+        quintic(-start, 0.0, 0.0, end, 0.0, gait.step_duration, elapsed)
         for start, end in zip(behind, ahead, strict=True)
     )
     return (
         (growth * offset_x, support_side * growth * offset_y),
         (foot_x, support_side * foot_y),
+        (velocity_x, support_side * velocity_y),
     )
 
 
@@ -210,9 +245,3 @@ def unit_direction(direction: tuple[float, float]) -> tuple[float, float]:
             "a direction (x, y) of some length", repr(direction), "write (1.0, 0.0) for forward"
         )
     return direction[0] / length, direction[1] / length
-
-
-def _towards_swing_foot(unit: tuple[float, float], axis: int, support_side: Side) -> int:
-    """+1 or -1: the sign of a push in the axes of `gait_in_step`."""
-    along = 1 if unit[axis] > 0.0 else -1
-    return along if axis == 0 else along * int(support_side)

@@ -4,7 +4,7 @@
                              + 1/2 c |u_k|^2 + 1/2 w_k |d_k - d_nom|^2
                 + 1/2 rho (violation of the viable d_N)^2
     subject to  d_k = u_k + (d_(k-1) - u_k) e^(omega T_k) - L_k,
-                L_k, T_k, u_k in their intervals,   |way of the swing foot| <= V T_k
+                L_k, T_k, u_k in their intervals,   each axis of the foot's way in reach in T_k
 
 L_k is a step vector, T_k a duration, u_k a ZMP that is held during the step, relative to the foot
 that stands, and d_k the DCM at landing relative to the landing foot. For the step under way T_1 is
@@ -16,7 +16,6 @@ CasADi gives the derivatives and IPOPT solves; both are loaded when the first pr
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, field
 from functools import cache
 from typing import Any
@@ -26,6 +25,7 @@ from numpy.typing import NDArray
 
 from surefoot.checks import optional_module
 from surefoot.models.footsteps import Side
+from surefoot.models.leg import furthest
 from surefoot.models.robot import Robot
 from surefoot.models.viability import viable_offsets
 from surefoot.planning.nominal_gait import NominalGait
@@ -44,8 +44,8 @@ PLANNED_STEPS = np.dtype(
 """The next steps, each in its own frame: duration, for the first one what is left of it [s]; step
 vector, ZMP and DCM offset at landing [m]."""
 
-SMOOTHING = 1e-4
-"""Distances of the swing foot are taken as sqrt(distance^2 + this^2), never less than true [m]."""
+UNLIMITED = (1e3, 1e9)
+"""What the program takes for an infinite speed or acceleration of the leg [m/s, m/s^2]."""
 
 ROOM = 1e-3
 """What a foot that cannot reach the box in time may lack beyond the least that it must [m]."""
@@ -58,7 +58,8 @@ GRID = 12
 
 _PER_STEP = 7
 _NUMBERS = (
-    "omega", "growth", "dcm_x", "dcm_y", "foot_x", "foot_y", "max_speed", "lateness",
+    "omega", "growth", "dcm_x", "dcm_y", "foot_x", "foot_y", "foot_velocity_x", "foot_velocity_y",
+    "max_speed", "max_acceleration", "lateness_x", "lateness_y",
     "nominal_tau", "nominal_x", "nominal_y", "nominal_y_next",
     "offset_x", "offset_y", "offset_y_next",
     "step_weight_x", "step_weight_y", "tau_weight", "zmp_weight_x", "zmp_weight_y",
@@ -138,8 +139,15 @@ class StepSequence:
 
     @property
     def is_limited(self) -> bool:
-        """Whether the speed of the leg limits where the foot can be."""
-        return bool(np.isfinite(self.robot.swing.max_speed))
+        """Whether the leg limits where the foot can be."""
+        swing = self.robot.swing
+        return bool(np.isfinite(swing.max_speed) or np.isfinite(swing.max_acceleration))
+
+    @property
+    def leg(self) -> tuple[float, float]:
+        """V and A as the program takes them [m/s, m/s^2]."""
+        swing = self.robot.swing
+        return min(swing.max_speed, UNLIMITED[0]), min(swing.max_acceleration, UNLIMITED[1])
 
     def nominal(self, side: Side, elapsed: float) -> NDArray[np.void]:
         """The steps of the nominal gait from this support on, a `PLANNED_STEPS` record."""
@@ -159,6 +167,7 @@ class StepSequence:
         dcm: tuple[float, float],
         foot: tuple[float, float],
         guess: NDArray[np.void],
+        foot_velocity: tuple[float, float] = (0.0, 0.0),
     ) -> tuple[NDArray[np.void], bool, float]:
         """Decide the next steps.
 
@@ -168,6 +177,8 @@ class StepSequence:
             dcm: relative to that foot, in world axes (x, y) [m].
             foot: the swing foot, likewise [m].
             guess: a `PLANNED_STEPS` record to start from.
+            foot_velocity: of the swing foot, likewise; it counts where the acceleration is limited
+                [m/s].
 
         Returns:
             The steps as a `PLANNED_STEPS` record, whether IPOPT found them optimal, and by how much
@@ -176,17 +187,19 @@ class StepSequence:
         elapsed = round(elapsed, GRID)
         start = _on_grid(_in_own_frame(dcm, side))
         way = _on_grid(_in_own_frame(foot, side))
+        speed = _on_grid(_in_own_frame(foot_velocity, side))
         longest = self.robot.gait.step_duration[1]
         lower, upper = self.lower.copy(), self.upper.copy()
         lower[0], upper[0] = max(lower[0] - elapsed, 0.0), max(upper[0] - elapsed, 0.0)
         numbers = self.fixed | {
-            "lateness": self._least_lateness(way, float(upper[0])),
             "growth": float(np.exp(self.gait.omega * min(elapsed, longest))),
             "dcm_x": start[0], "dcm_y": start[1], "foot_x": way[0], "foot_y": way[1],
+            "foot_velocity_x": speed[0], "foot_velocity_y": speed[1],
             "nominal_y": _in_own_frame(self.gait.step(side), side)[1],
             "nominal_y_next": _in_own_frame(self.gait.step(side.other), side.other)[1],
             "offset_y": _in_own_frame(self.gait.dcm_offset(side), side)[1],
             "offset_y_next": _in_own_frame(self.gait.dcm_offset(side.other), side.other)[1],
+            **self._least_lateness(way, speed, float(upper[0])),
         }  # fmt: skip
         answer = self.solver(
             x0=np.clip(self._start(start, guess), lower, upper),
@@ -212,13 +225,19 @@ class StepSequence:
             offset = offset * (1.0, -1.0)
         return np.array([*variables, 0.0, 0.0])
 
-    def _least_lateness(self, foot: tuple[float, float], left: float) -> float:
+    def _least_lateness(
+        self, foot: tuple[float, float], velocity: tuple[float, float], left: float
+    ) -> dict[str, float]:
         """What the swing foot lacks to the box of steps even if it takes all the time there is."""
-        if not self.is_limited:
-            return 0.0
-        away = np.clip(foot, self.lower[1:3], self.upper[1:3]) - foot
-        lacks = math.hypot(away[0], away[1], SMOOTHING) - self.robot.swing.max_speed * left
-        return lacks + ROOM if lacks > 0.0 else 0.0
+        late = {}
+        for i, axis in enumerate("xy"):
+            away = min(max(foot[i], self.lower[1 + i]), self.upper[1 + i]) - foot[i]
+            lacks = max(
+                way - furthest(v, left, *self.leg)
+                for way, v in ((away, velocity[i]), (-away, -velocity[i]))
+            )
+            late[f"lateness_{axis}"] = lacks + ROOM if self.is_limited and lacks > 0.0 else 0.0
+        return late
 
     def _planned(self, values: NDArray[np.float64]) -> NDArray[np.void]:
         plan = np.zeros(1, PLANNED_STEPS)
@@ -231,7 +250,8 @@ class StepSequence:
     def _fixed_numbers(self) -> dict[str, float]:
         numbers = {
             "omega": self.gait.omega,
-            "max_speed": self.robot.swing.max_speed if self.is_limited else 0.0,
+            "max_speed": self.leg[0],
+            "max_acceleration": self.leg[1],
             "nominal_tau": self.gait.growth,
             "nominal_x": self.gait.step_length,
             "offset_x": self.gait.dcm_offset(Side.RIGHT)[0],
@@ -256,7 +276,7 @@ class StepSequence:
     def _constraint_bounds(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         reach = self.zmp_share * np.array(self.robot.foot.half)
         viable = viable_offsets(self.robot, Side.RIGHT, (float(reach[0]), float(reach[1])))
-        flow, late = [0.0] * (2 * self.horizon), self.horizon if self.is_limited else 0
+        flow, late = [0.0] * (2 * self.horizon), 4 * self.horizon if self.is_limited else 0
         return (
             np.array([*flow, *viable.lower] + [-np.inf] * late),
             np.array([*flow, *viable.upper] + [0.0] * late),
@@ -299,8 +319,10 @@ def _build(horizon: int, limited: bool, max_iterations: int) -> Any:
         cost += 0.5 * ca.dot(pair("zmp_weight"), zmp**2)
         cost += 0.5 * ca.dot(weight, (offset - nominal_offset) ** 2)
         if limited:
-            away = ca.sqrt(ca.sumsqr(step - came_from) + SMOOTHING**2)
-            reach.append(away - p["max_speed"] * time - (p["lateness"] if k == 0 else 0.0))
+            for sign in (1.0, -1.0):
+                velocity, late = (pair("foot_velocity"), pair("lateness")) if k == 0 else (0.0, 0.0)
+                ahead = _furthest(ca, sign * velocity, time, p["max_speed"], p["max_acceleration"])
+                reach.append(sign * (step - came_from) - ahead - late)
         # The next step's own frame has y the other way.
         start = ca.vertcat(offset[0], -offset[1])
         came_from = ca.vertcat(-step[0], step[1])
@@ -311,6 +333,13 @@ def _build(horizon: int, limited: bool, max_iterations: int) -> Any:
         "g": ca.vertcat(*flow, offset - slack, *reach),
     }
     return ca.nlpsol("step_sequence", "ipopt", program, _options(max_iterations))
+
+
+def _furthest(ca: Any, velocity: Any, time: Any, speed: Any, acceleration: Any) -> Any:
+    """`models.leg.furthest` as an expression."""
+    ramp = (speed - velocity) / acceleration
+    ramping = time * (velocity + 0.5 * acceleration * time)
+    return ca.if_else(time <= ramp, ramping, speed * time - 0.5 * (speed - velocity) * ramp)
 
 
 def _options(max_iterations: int) -> dict[str, Any]:

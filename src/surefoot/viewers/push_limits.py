@@ -9,18 +9,20 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table
 
+from surefoot.errors import VelocityError
 from surefoot.models.footsteps import Side
 from surefoot.models.robot import Robot
 from surefoot.planning.nominal_gait import nominal_gait
 from surefoot.planning.push_limit import (
     ImpulseLimit,
-    axis_directions,
+    check_leg,
+    eight_directions,
     fixed_steps_limit,
     push_limit,
 )
 
-_FEET = {"point_foot": "point", "finite_foot": "sole"}
-"""How the feet are called in the numbers, and over a column."""
+_FEET = {"point_foot": "A point foot", "finite_foot": "The whole sole"}
+"""How the feet are called in the numbers, and over a table."""
 
 _WIDTH = 92
 """No table is wider, that its rows stay easy to follow [characters]."""
@@ -40,102 +42,130 @@ def push_limits_summary(
     robots: Sequence[Robot],
     phases: Sequence[float],
     velocity: tuple[float, float],
-    duration: float,
+    durations: Sequence[float],
 ) -> dict[str, Any]:
-    """The largest survivable pushes as plain numbers; SI, an unlimited leg has the speed None.
+    """The largest survivable pushes as plain numbers; SI, a limit that a leg has not is None.
+
+    A leg that cannot swing as the gait wants has no limits, but the reason, `refused`.
 
     Args:
         robots: the same one with several legs.
         phases: times from the touchdown of the right foot to the push [s].
         velocity: at which it walks [m/s].
-        duration: of the push [s].
+        durations: of the push [s].
+
+    Raises:
+        VelocityError: no leg can swing as the gait wants.
     """
-    directions = axis_directions(Side.RIGHT)
+    gait, refused = nominal_gait(robots[0], velocity), {}
+    for number, robot in enumerate(robots):
+        try:
+            check_leg(robot, gait)
+        except VelocityError as error:
+            refused[number] = error
+    if len(refused) == len(robots):
+        raise refused[0]
     return {
         "velocity": list(velocity),
-        "duration": duration,
+        "hip": robots[0].hip,
         "support_side": Side.RIGHT.name.lower(),
+        "directions": {name: list(way) for name, way in eight_directions(Side.RIGHT).items()},
         "elapsed": list(phases),
-        "fixed_steps": {
-            name: _numbers([fixed_steps_limit(robots[0], way, duration=duration)])
-            for name, way in directions.items()
-        },
         "legs": [
             {
                 "leg_speed": _finite(robot.swing.max_speed),
-                **{
-                    foot: {
-                        name: _numbers(
-                            [
-                                push_limit(
-                                    robot, way, velocity=velocity, elapsed=elapsed,
-                                    duration=duration, zmp_reach=reach,
-                                )
-                                for elapsed in phases
-                            ]
-                        )
-                        for name, way in directions.items()
-                    }
-                    for foot, reach in zip(_FEET, ((0.0, 0.0), robot.foot.half), strict=True)
-                },
+                "leg_acceleration": _finite(robot.swing.max_acceleration),
+                "duration": duration,
+                **(
+                    {"refused": refused[number].got}
+                    if number in refused
+                    else _impulses(robot, phases, velocity, duration)
+                ),
             }
-            for robot in robots
+            for number, robot in enumerate(robots)
+            for duration in durations
         ],
-    }  # fmt: skip
+    }
+
+
+def _impulses(
+    robot: Robot, phases: Sequence[float], velocity: tuple[float, float], duration: float
+) -> dict[str, Any]:
+    """Impulses by foot and direction, and those of the ZMP alone."""
+    directions = eight_directions(Side.RIGHT)
+    numbers: dict[str, Any] = {
+        "fixed_steps": {
+            name: _numbers([fixed_steps_limit(robot, way, duration=duration)])
+            for name, way in directions.items()
+        }
+    }
+    for foot, reach in zip(_FEET, ((0.0, 0.0), robot.foot.half), strict=True):
+        numbers[foot] = {
+            name: _numbers(
+                [
+                    push_limit(
+                        robot, way, velocity=velocity, elapsed=elapsed, duration=duration,
+                        zmp_reach=reach,
+                    )
+                    for elapsed in phases
+                ]
+            )
+            for name, way in directions.items()
+        }  # fmt: skip
+    return numbers
 
 
 def print_push_limits(limits: dict[str, Any], console: Console) -> None:
-    """The largest survivable pushes, a table for each leg; with the check, if it was made."""
+    """The largest survivable pushes, two tables for each leg; with the check, if it was made."""
     v_x, v_y = limits["velocity"]
     console.print(
-        f"\n[bold]Largest push that any policy can survive[/]: {limits['duration']:g} s long, in a "
-        f"step on the right foot of a walk at ({v_x:g}, {v_y:g}) m/s.\n"
+        f"\n[bold]Largest push that any policy can survive[/], in a step on the right foot of\n"
+        f"a walk at ({v_x:g}, {v_y:g}) m/s.\n"
         "Each entry: impulse in N s, and the change of velocity in m/s."
     )
     for leg in limits["legs"]:
-        console.print(_table(limits, leg, min(console.width, _WIDTH)))
+        words = leg_words(leg["leg_speed"], leg["leg_acceleration"])
+        console.print(f"\n[bold]{words[0].upper()}{words[1:]}[/], pushed for {leg['duration']:g} s")
+        if "refused" in leg:
+            console.print(f"No limit: it cannot swing as the gait wants ({leg['refused']}).")
+            continue
+        for foot in _FEET:
+            console.print(_table(limits["elapsed"], leg, foot, min(console.width, _WIDTH)))
     console.print(
         "\nOutward is towards the swing foot, inward over the standing foot to the other side. A "
         "point foot cannot move the ZMP, a sole moves it to its edge. 'fixed': steps as planned, "
-        "the ZMP alone does what it can, at any time. Taken for granted: the pendulum, a push "
-        "that is known as soon as it starts, and a leg without inertia."
+        "the ZMP alone does what it can, at any time. The limits of a leg hold for each axis by "
+        "itself. Taken for granted: the pendulum, and a push that is known as soon as it starts."
     )
     if "check" in limits:
         check = limits["check"]
         console.print(
-            "Computed again on a grid of time and swing foot. The largest difference is "
-            f"{100.0 * check['fraction']:.2f} %: {check['impulse']:.1f} N s, on the grid "
-            f"{check['grid_impulse']:.1f} N s, {check['direction']} at {check['elapsed']:.2f} s, "
-            f"{'sole' if check['finite_foot'] else 'point foot'}, "
-            f"{_leg_words(check['leg_speed'])}."
+            "Computed again along the axes, on a grid of time and swing foot. The largest "
+            f"difference is {100.0 * check['fraction']:.2f} %: {check['impulse']:.1f} N s, on the "
+            f"grid {check['grid_impulse']:.1f} N s, {check['direction']} at "
+            f"{check['elapsed']:.2f} s, {'sole' if check['finite_foot'] else 'point foot'}, "
+            f"{leg_words(check['leg_speed'], check['leg_acceleration'])}."
         )
 
 
-def _table(limits: dict[str, Any], leg: dict[str, Any], width: int) -> Table:
-    words = _leg_words(leg["leg_speed"])
-    title = f"\n[bold]{words[0].upper()}{words[1:]}[/]"
+def _table(phases: Sequence[float], leg: dict[str, Any], foot: str, width: int) -> Table:
     table = Table(
-        title=title, title_justify="left", title_style="", box=None, pad_edge=False,
+        title=_FEET[foot], title_justify="left", title_style="", box=None, pad_edge=False,
         padding=(0, 0, 0, 1), width=width, expand=True,
     )  # fmt: skip
     table.add_column("push\nat [s]", justify="right", no_wrap=True, header_style="bold")
-    for foot in _FEET:
-        for name in limits["fixed_steps"]:
-            table.add_column(
-                f"{_FEET[foot]}\n{name}", justify="right", no_wrap=True, header_style="bold"
-            )
-    for row, elapsed in enumerate(limits["elapsed"]):
-        entries = (leg[foot][name] for foot in _FEET for name in limits["fixed_steps"])
+    for name in leg[foot]:
+        first, _, second = name.partition("-")
+        head = f"{first}\n{second}" if second else f"\n{first}"
+        table.add_column(head, justify="right", no_wrap=True, header_style="bold")
+    for row, elapsed in enumerate(phases):
         table.add_row(
             f"{elapsed:.2f}",
-            *(_entry(entry["impulse"][row], entry["delta_v"][row]) for entry in entries),
+            *(_entry(each["impulse"][row], each["delta_v"][row]) for each in leg[foot].values()),
         )
-    fixed = limits["fixed_steps"].values()
-    table.add_row(
-        "fixed",
-        *(_entry(0.0, 0.0) for _ in fixed),
-        *(_entry(entry["impulse"][0], entry["delta_v"][0]) for entry in fixed),
-    )
+    if foot == "finite_foot":
+        fixed = leg["fixed_steps"].values()
+        table.add_row("fixed", *(_entry(each["impulse"][0], each["delta_v"][0]) for each in fixed))
     return table
 
 
@@ -143,8 +173,11 @@ def _entry(impulse: float, delta_v: float) -> str:
     return f"{impulse:.0f} [dim]{delta_v:.2f}[/]"
 
 
-def _leg_words(speed: float | None) -> str:
-    return "an unlimited leg" if speed is None else f"a leg of at most {speed:g} m/s"
+def leg_words(speed: float | None, acceleration: float | None) -> str:
+    """A leg by its limits, each None if it has none."""
+    bounds = [(speed, "m/s"), (acceleration, "m/s^2")]
+    words = [f"{bound:g} {unit}" for bound, unit in bounds if bound is not None]
+    return f"a leg of at most {' and '.join(words)}" if words else "an unlimited leg"
 
 
 def _numbers(limits: Sequence[ImpulseLimit]) -> dict[str, list[float]]:
