@@ -24,6 +24,10 @@ FULL_SPEEDS, FULL_DURATIONS = (2.0, 3.0, 4.0, 6.0, math.inf), (0.1, 0.2, 0.4)
 """Leg speeds [m/s] and push durations [s] of `--full`."""
 
 
+TABLE_ONLY = ("seconds", "disturbance", "survived_mean")
+"""Columns of the table that a comparison without disturbances does not show."""
+
+
 @click.command()
 @robot_option
 @click.option(
@@ -54,6 +58,11 @@ FULL_SPEEDS, FULL_DURATIONS = (2.0, 3.0, 4.0, 6.0, math.inf), (0.1, 0.2, 0.4)
     "--step", type=float, default=1.0, show_default=True, metavar="NS",
     help="Of the scan over the impulse [N s].",
 )  # fmt: skip
+@click.option(
+    "--disturbance", "disturbances", multiple=True, metavar="NAME",
+    help="Noise, delay, another mass ...: what is lost to it; may be repeated. `all` for all, a "
+    "wrong NAME lists them.",
+)  # fmt: skip
 @click.option("--workers", type=int, default=-1, help="Processes; all cores if left out.")
 @click.option(
     "--out", type=click.Path(path_type=Path), default=Path("compare"), show_default=True,
@@ -63,13 +72,16 @@ FULL_SPEEDS, FULL_DURATIONS = (2.0, 3.0, 4.0, 6.0, math.inf), (0.1, 0.2, 0.4)
 def compare(
     robot: str, mass: float | None, velocity: tuple[float, float], methods: tuple[str, ...],
     leg_speeds: tuple[float, ...], durations: tuple[float, ...], full: bool, directions: int,
-    phases: int, step: float, workers: int, out: Path, as_json: bool,
+    phases: int, step: float, disturbances: tuple[str, ...], workers: int, out: Path, as_json: bool,
 ) -> None:  # fmt: skip
     """Compare control methods: the smallest push that each fails on, beside the limit for anybody.
 
     DIR/compare.html is a page on which to choose the leg speed; compare.md says it in words,
     compare.parquet holds every number. A study that was stopped goes on when the same command is
     given again; another one of the same robot and velocity adds to it.
+
+    With disturbances, the answer is the noise-and-delay budget: DIR/budget.md and budget.png say
+    what each method loses to each, beside the undisturbed walk. It needs a DIR of its own.
     """
     from surefoot.models.robot import load_robot
     from surefoot.studies.protocol import Protocol
@@ -85,6 +97,7 @@ def compare(
         leg_speeds=leg_speeds or (FULL_SPEEDS if full else (3.0,)),
         push_durations=durations or (FULL_DURATIONS if full else (0.2,)),
         step=step,
+        disturbances=_all_disturbances(disturbances),
     )
     sys.exit(_compare(protocol, out, workers, as_json))
 
@@ -103,6 +116,15 @@ def _all_methods(robot: Robot, velocity: tuple[float, float]) -> tuple[str, ...]
     return tuple(able)
 
 
+def _all_disturbances(named: tuple[str, ...]) -> tuple[str, ...]:
+    """What was named, after the undisturbed walk that it is compared with."""
+    from surefoot.studies.conditions import UNDISTURBED, every_condition
+
+    if "all" in named:
+        return every_condition()
+    return tuple(dict.fromkeys((UNDISTURBED, *named)))
+
+
 def _compare(protocol: Protocol, out: Path, workers: int, as_json: bool) -> int:
     from surefoot.studies.compare import compare_methods
 
@@ -117,7 +139,8 @@ def _compare(protocol: Protocol, out: Path, workers: int, as_json: bool) -> int:
         return STOPPED
     for failure in result.failures:
         click.echo(f"could not be measured: {failure.cell}: {failure.error}", err=True)
-    _show(result, out, as_json)
+    show = _show if protocol.must_settle else _show_budget
+    show(result, out, as_json)
     return INCOMPLETE if result.failures else 0
 
 
@@ -129,8 +152,7 @@ def _show(result: Any, out: Path, as_json: bool) -> None:
     from surefoot.viewers.compare_table import print_compare_table
     from surefoot.viewers.comparison import comparison
 
-    # How long a cell took is for the table alone.
-    rows = [{name: row[name] for name in row if name != "seconds"} for row in result.rows]
+    rows = [{name: row[name] for name in row if name not in TABLE_ONLY} for row in result.rows]
     measured = comparison(rows, result.methods, result.provenance)
     files = write_compare_report(measured, out, result.remarks)
     if as_json:
@@ -140,6 +162,22 @@ def _show(result: Any, out: Path, as_json: bool) -> None:
     for paragraph in result.remarks:
         click.echo(f"\n{paragraph}")
     click.echo(f"\ntable: {out / TABLE}, page: {files[0]}, report: {files[1]}")
+
+
+def _show_budget(result: Any, out: Path, as_json: bool) -> None:
+    from rich.console import Console
+
+    from surefoot.studies.compare import TABLE
+    from surefoot.viewers.budget import budget
+    from surefoot.viewers.budget_report import print_budget, write_budget_report
+
+    measured = budget(result.rows, result.methods, result.disturbances, result.provenance)
+    files = write_budget_report(measured, out)
+    if as_json:
+        print_json(result.as_numbers())
+        return
+    print_budget(measured, Console())
+    click.echo(f"\ntable: {out / TABLE}, report: {files[0]}, picture: {files[1]}")
 
 
 @contextmanager

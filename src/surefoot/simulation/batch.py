@@ -20,13 +20,17 @@ from numpy.typing import NDArray
 
 from surefoot.compiling import function_pointer, njit
 from surefoot.errors import ParameterError
+from surefoot.models.estimator import Estimator
 from surefoot.models.footsteps import Side
 from surefoot.models.interfaces import OBSERVATION, Controller
 from surefoot.models.pushes import PUSH, Push
+from surefoot.models.robot import Robot
+from surefoot.simulation.disturbance import Disturbance
 from surefoot.simulation.lipm_simulator import LipmSimulator, lipm_cycle
 from surefoot.simulation.outcome import MONITOR
 from surefoot.simulation.progress import new_progress, see
 from surefoot.simulation.python_walk import walk_in_python
+from surefoot.simulation.senses import Senses, sense
 
 WALK_RESULT = np.dtype(
     [
@@ -41,7 +45,7 @@ WALK_RESULT = np.dtype(
 
 
 @njit
-def _walk(kernel, parameters, states, simulator, world, progress, pushes, result):
+def _walk(kernel, parameters, states, simulator, world, senses, sensed, progress, pushes, result):
     """One closed loop until a fall, the end, or (after the last push) the nominal gait.
 
     `states` and `world` are arrays of two records: now, and the next one; they swap each cycle.
@@ -50,7 +54,11 @@ def _walk(kernel, parameters, states, simulator, world, progress, pushes, result
     now = 0
     while True:
         observation = world[now].observation
-        kernel(parameters, states[now], observation, states[1 - now])
+        if senses.active:
+            sense(senses, world[now], states[now].command, sensed)
+            kernel(parameters, states[now], sensed.seen, states[1 - now])
+        else:
+            kernel(parameters, states[now], observation, states[1 - now])
         command = states[1 - now].command
         see(monitor, world[now], command, progress)
         if progress.ended:
@@ -63,13 +71,19 @@ def _walk(kernel, parameters, states, simulator, world, progress, pushes, result
 
 
 @njit
-def _walk_range(kernel, parameters, state, simulator, world, progress, pushes, results):
-    """Walks with the rows of `pushes`, each from the same start."""
+def _walk_range(
+    kernel, parameters, state, simulator, world, senses, nothing, progress, pushes, results
+):
+    """Walks with the rows of `pushes`, each from the same start, at which `nothing` was sensed."""
     states, worlds = np.empty(2, state.dtype), np.empty(2, world.dtype)
-    mine = np.empty(1, progress.dtype)
+    mine, sensed = np.empty(1, progress.dtype), np.empty(1, nothing.dtype)
     for i in range(results.shape[0]):
         states[:], worlds[0], mine[0] = state[0], world[0], progress[0]
-        _walk(kernel, parameters[0], states, simulator[0], worlds, mine[0], pushes[i], results[i])
+        sensed[0] = nothing[0]
+        _walk(
+            kernel, parameters[0], states, simulator[0], worlds, senses[0], sensed[0], mine[0],
+            pushes[i], results[i],
+        )  # fmt: skip
 
 
 def kernel_pointer(controller: Controller, state: NDArray[np.void]) -> object:
@@ -102,6 +116,9 @@ def simulate_batch(
     first_support: Side = Side.RIGHT,
     stop_when_settled: bool = True,
     workers: int | None = None,
+    plant: Robot | None = None,
+    disturbance: Disturbance | None = None,
+    estimator: Estimator | None = None,
 ) -> NDArray[np.void]:
     """Many walks of one controller, one for each list of pushes.
 
@@ -113,12 +130,16 @@ def simulate_batch(
         stop_when_settled: end a walk once the nominal gait is back after the last push; False
             walks on to the end.
         workers: threads, all cores if None.
+        plant: the robot that is moved, if it is not the one the controller believes in.
+        disturbance: of all walks, as for `simulate`; the same noise in each.
+        estimator: between what is measured and the controller.
 
     Returns:
         `WALK_RESULT` records, shape (len(pushes),).
 
     Raises:
-        ParameterError: the walks differ in their number of pushes.
+        ParameterError: the walks differ in their number of pushes, or the delay is no whole number
+            of control periods.
     """
     if len({len(row) for row in pushes}) > 1:
         raise ParameterError(
@@ -134,17 +155,19 @@ def simulate_batch(
     observation = controller.first_observation(first_support)
     progress = new_progress(controller.gait.velocity, quiet, duration)
     results = np.zeros(len(pushes), WALK_RESULT)
+    plant = plant or controller.robot
+    simulator = LipmSimulator(plant, controller.period, disturbance=disturbance)
+    senses = Senses(controller, plant, disturbance, estimator)
     if controller.kernel is None:
-        walk_in_python(controller, pushes, observation, progress, results)
+        walk_in_python(simulator, senses, pushes, observation, progress, results)
         return results
-    simulator = LipmSimulator(controller.robot, controller.period)
     state, world = controller.start(observation), simulator.start(observation)
     kernel = kernel_pointer(controller, state)
 
     def run(part: slice) -> None:
         _walk_range(
-            kernel, controller.parameters, state, simulator.parameters, world, progress,
-            table[part], results[part],
+            kernel, controller.parameters, state, simulator.parameters, world, senses.parameters,
+            senses.start(), progress, table[part], results[part],
         )  # fmt: skip
 
     workers = workers or os.cpu_count() or 1

@@ -19,12 +19,14 @@ from numpy.typing import NDArray
 from surefoot.checks import check_number
 from surefoot.compiling import entry_point, njit
 from surefoot.models.interfaces import COMMAND, OBSERVATION, Command, Observation
+from surefoot.models.leg import follow
 from surefoot.models.lipm import com_flow, com_flow_by, pushed_pivot
 from surefoot.models.plane import length
 from surefoot.models.pushes import PUSH, Push, force_until_change, push_records
 from surefoot.models.record import new_array
 from surefoot.models.robot import Robot
 from surefoot.models.trunk import trunk_flow
+from surefoot.simulation.disturbance import Disturbance, misplace
 
 FALL_DISTANCE = 1.5
 """A robot whose DCM is further from its support foot than this has fallen [m]."""
@@ -32,16 +34,23 @@ FALL_DISTANCE = 1.5
 SLIVER = 1e-6
 """Fraction of a period that is no cycle."""
 
+OTHER_PENDULUM = 1e-9
+"""A DCM this far from what CoM and velocity make it is that of another robot [m]."""
+
 LIPM_PARAMETERS = np.dtype(
     [
         ("omega", "f8"),
         ("mass", "f8"),
         ("period", "f8"),
         ("max_speed", "f8"),
+        ("max_acceleration", "f8"),
         ("com_height", "f8"),
         ("inertia", "f8"),
         ("max_torque", "f8"),
         ("max_lean", "f8"),
+        ("landing_error", "f8"),
+        ("touchdown_shift", "f8"),
+        ("seed", "i8"),
     ],
 )
 
@@ -52,10 +61,12 @@ LIPM_WORLD = np.dtype(
         ("cycle", "i8"),
         ("steps", "i8"),
         ("fallen", "i8"),
+        ("due", "f8"),
     ],
 )
 """The state of the world: what can be observed, when the step began [s], cycles since then, steps
-finished, and whether it has fallen."""
+finished, whether it has fallen, and since when a foot is waiting for the ground, after the last
+touchdown; 0 if none is [s]."""
 
 
 @njit(forceinline=True)
@@ -128,19 +139,22 @@ def _move_com_and_trunk(parameters, command, pushes, start, end, observation):
 
 @njit(forceinline=True)
 def _move_foot(parameters, command, duration, observation):
-    """Move the swing foot to where the command wants it, no faster than the leg can."""
-    away_x = command.swing_foot[0] - observation.swing_foot[0]
-    away_y = command.swing_foot[1] - observation.swing_foot[1]
-    distance, reach = length(away_x, away_y), parameters.max_speed * duration
-    if distance > reach:
-        observation.swing_foot[0] += away_x * reach / distance
-        observation.swing_foot[1] += away_y * reach / distance
-        observation.swing_foot_velocity[0] = parameters.max_speed * away_x / distance
-        observation.swing_foot_velocity[1] = parameters.max_speed * away_y / distance
-    else:
-        for i in range(2):
-            observation.swing_foot[i] = command.swing_foot[i]
-            observation.swing_foot_velocity[i] = command.swing_foot_velocity[i]
+    """Move the swing foot to where the command wants it, as far as the leg can."""
+    speed, acceleration = parameters.max_speed, parameters.max_acceleration
+    for i in range(2):
+        away, velocity = follow(
+            command.swing_foot[i] - observation.swing_foot[i],
+            command.swing_foot_velocity[i],
+            observation.swing_foot_velocity[i],
+            duration,
+            speed,
+            acceleration,
+        )
+        # Where nothing holds it back it is there to the last bit.
+        free = away == command.swing_foot[i] - observation.swing_foot[i]
+        moved = observation.swing_foot[i] + away
+        observation.swing_foot[i] = command.swing_foot[i] if free else moved
+        observation.swing_foot_velocity[i] = velocity
     observation.swing_foot[2] = command.swing_foot[2]
     observation.swing_foot_velocity[2] = command.swing_foot_velocity[2]
     observation.swing_yaw = command.swing_yaw
@@ -163,6 +177,22 @@ def _touch_down(observation):
 
 
 @njit(forceinline=True)
+def _time_of_landing(parameters, world, command, end, next_world):
+    """When the foot meets the ground, since the last touchdown [s]: when it is to, if nothing is
+    wrong with the ground."""
+    elapsed, shift = world.observation.elapsed, parameters.touchdown_shift
+    # The foot cannot land in the cycle in which it leaves the ground, whatever is commanded.
+    landing = max(command.step_duration + min(shift, 0.0), elapsed, parameters.period)
+    next_world.due = world.due
+    if shift <= 0.0:
+        return landing
+    if world.due == 0.0 and landing <= end + SLIVER * parameters.period:
+        next_world.due = landing
+    # What a controller commands later does not hurry the ground.
+    return max(next_world.due + shift, elapsed) if next_world.due > 0.0 else math.inf
+
+
+@njit(forceinline=True)
 def lipm_cycle(parameters, world, command, pushes, next_world):
     """One cycle of the world over records.
 
@@ -178,8 +208,7 @@ def lipm_cycle(parameters, world, command, pushes, next_world):
     observation = next_world.observation
     elapsed = observation.elapsed
     end = (world.cycle + 1) * parameters.period
-    # The foot cannot land in the cycle in which it leaves the ground, whatever is commanded.
-    landing = max(command.step_duration, elapsed, parameters.period)
+    landing = _time_of_landing(parameters, world, command, end, next_world)
     # A landing a rounding error after the end of the cycle is in it, not in a cycle of its own.
     touchdown = landing <= end + SLIVER * parameters.period
     if touchdown:
@@ -189,12 +218,17 @@ def lipm_cycle(parameters, world, command, pushes, next_world):
         _move_com_and_trunk(parameters, command, pushes, start_time, end_time, observation)
     else:
         _move_com(parameters, command.zmp, pushes, start_time, end_time, observation)
-    _move_foot(parameters, command, end - elapsed, observation)
+    if world.due == 0.0:
+        _move_foot(parameters, command, end - elapsed, observation)
+    else:
+        observation.swing_foot_velocity[:] = 0.0
     observation.time, observation.elapsed = end_time, end
     next_world.cycle = world.cycle + 1
     if touchdown:
+        if parameters.landing_error > 0.0:
+            misplace(parameters.landing_error, parameters.seed, world.steps, observation)
         _touch_down(observation)
-        next_world.step_start, next_world.cycle = end_time, 0
+        next_world.step_start, next_world.cycle, next_world.due = end_time, 0, 0.0
         next_world.steps += 1
     distance = length(
         observation.dcm[0] - observation.support_foot[0],
@@ -221,6 +255,7 @@ class LipmSimulator:
         robot: mass, height, leg speed and trunk of the plant; it may differ from the controller's.
         period: control period [s].
         pushes: forces on the CoM.
+        disturbance: of where and when feet land; what is seen is the matter of `Senses`.
 
     Raises:
         ParameterError: the period is not positive.
@@ -229,6 +264,7 @@ class LipmSimulator:
     robot: Robot
     period: float = 0.001
     pushes: Sequence[Push] = ()
+    disturbance: Disturbance | None = None
     parameters: NDArray[np.void] = field(init=False, repr=False, compare=False)
     push_array: NDArray[np.void] = field(init=False, repr=False, compare=False)
 
@@ -237,11 +273,15 @@ class LipmSimulator:
         parameters = new_array(LIPM_PARAMETERS)
         parameters["omega"], parameters["mass"] = self.robot.omega, self.robot.mass
         parameters["period"], parameters["max_speed"] = self.period, self.robot.swing.max_speed
+        parameters["max_acceleration"] = self.robot.swing.max_acceleration
         parameters["com_height"] = self.robot.com_height
         trunk = self.robot.trunk
         if trunk is not None:
             parameters["inertia"] = trunk.inertia
             parameters["max_torque"], parameters["max_lean"] = trunk.max_torque, trunk.max_lean
+        if self.disturbance is not None:
+            for name in ("landing_error", "touchdown_shift", "seed"):
+                parameters[name] = getattr(self.disturbance, name)
         object.__setattr__(self, "pushes", tuple(self.pushes))
         object.__setattr__(self, "parameters", parameters)
         object.__setattr__(self, "push_array", push_records(self.pushes))
@@ -252,9 +292,12 @@ class LipmSimulator:
         return lipm_cycle
 
     def start(self, observation: Observation) -> NDArray[np.void]:
-        """The world that looks like this observation."""
+        """The world that looks like this observation; its DCM is that of this robot's pendulum."""
         world = new_array(LIPM_WORLD)
         world["observation"] = observation.array
+        dcm = observation.com + observation.com_velocity / self.robot.omega
+        if np.abs(dcm - observation.dcm).max() > OTHER_PENDULUM:
+            world["observation"]["dcm"] = dcm
         world["step_start"] = observation.time - observation.elapsed
         world["cycle"] = round(observation.elapsed / self.period)
         return world

@@ -15,12 +15,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from surefoot.compiling import entry_point, njit
-from surefoot.models.interfaces import COMMAND, Controller, Observation
+from surefoot.models.interfaces import COMMAND, Command, Observation
 from surefoot.models.pushes import Push
 from surefoot.models.record import copy_array, new_array
 from surefoot.simulation.lipm_simulator import LIPM_WORLD, LipmSimulator
 from surefoot.simulation.outcome import MONITOR
 from surefoot.simulation.progress import PROGRESS, see
+from surefoot.simulation.senses import Senses
 
 
 @njit
@@ -34,7 +35,8 @@ def _compiled() -> Callable[..., None]:
 
 
 def walk_in_python(
-    controller: Controller,
+    simulator: LipmSimulator,
+    senses: Senses,
     pushes: Sequence[Sequence[Push]],
     observation: Observation,
     progress: NDArray[np.void],
@@ -43,19 +45,22 @@ def walk_in_python(
     """One walk for each list of pushes, all from the same start.
 
     Args:
-        controller: what decides.
+        simulator: moves the world; without pushes.
+        senses: what the controller, which it names, is told of it.
         pushes: of each walk.
         observation: the first one.
         progress: a `PROGRESS` record of walks that have not begun, not changed.
         results: `WALK_RESULT` records, written.
     """
-    simulator = LipmSimulator(controller.robot, controller.period)
-    begin = _Loop(controller.start(observation), simulator.start(observation), new_array(MONITOR))
+    state = senses.controller.start(observation)
+    begin = _Loop(
+        state, simulator.start(observation), new_array(MONITOR), senses.start(), new_array(COMMAND)
+    )
     first = min((push.start for row in pushes for push in row), default=0.0)
-    before, so_far = _walk(controller, simulator, begin, copy_array(progress), until=first)
+    before, so_far = _walk(simulator, senses, begin, copy_array(progress), until=first)
     for row, result in zip(pushes, results, strict=True):
         pushed = replace(simulator, pushes=row)
-        end, seen = _walk(controller, pushed, before, copy_array(so_far))
+        end, seen = _walk(pushed, senses, before, copy_array(so_far))
         final = end.world["observation"]
         result["end_time"], result["cycles"] = final["time"][0], seen["cycles"][0]
         result["fallen"], result["settled"] = seen["fallen"][0], seen["settled"][0]
@@ -63,28 +68,32 @@ def walk_in_python(
 
 
 class _Loop(NamedTuple):
-    """A closed loop between two cycles: three records, each of shape (1,)."""
+    """A closed loop between two cycles: records of shape (1,)."""
 
     state: NDArray[np.void]
     world: NDArray[np.void]
     monitor: NDArray[np.void]
+    sensed: NDArray[np.void]
+    command: NDArray[np.void]
 
 
 def _walk(
-    controller: Controller,
     simulator: LipmSimulator,
+    senses: Senses,
     begin: _Loop,
     progress: NDArray[np.void],
     until: float | None = None,
 ) -> tuple[_Loop, NDArray[np.void]]:
     """Walk to the end, or as long as every cycle is over before `until`; writes `progress`."""
+    controller = senses.controller
     state, world, monitor = begin.state, begin.world, copy_array(begin.monitor)
-    observed = Observation.of(world["observation"])
-    while until is None or observed.array["time"][0] + controller.period < until:
-        command, next_state = controller.step(state, observed)
-        _compiled()(monitor, world, command.array, progress)
+    sensed, command = begin.sensed, Command.of(begin.command)
+    while until is None or world["observation"]["time"][0] + controller.period < until:
+        observed, next_sensed = senses.step(sensed, world, command)
+        answer, next_state = controller.step(state, observed)
+        _compiled()(monitor, world, answer.array, progress)
         if progress["ended"][0]:
             break
-        state = next_state
-        observed, world = simulator.step(world, command)
-    return _Loop(state, world, monitor), progress
+        state, sensed, command = next_state, next_sensed, answer
+        _, world = simulator.step(world, command)
+    return _Loop(state, world, monitor, sensed, command.array), progress

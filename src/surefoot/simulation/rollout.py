@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import zipfile
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from functools import cached_property
 from importlib.metadata import entry_points
 from pathlib import Path
@@ -22,6 +22,7 @@ from surefoot.models.pushes import Push
 from surefoot.models.robot import Robot
 from surefoot.models.viability import viable_offsets
 from surefoot.planning.support_polygon import distances_to_support
+from surefoot.simulation.disturbance import Disturbance
 from surefoot.simulation.outcome import (
     MONITOR,
     Fall,
@@ -31,8 +32,9 @@ from surefoot.simulation.outcome import (
     watch_all,
 )
 
-FORMAT = 1
-"""Version of the file layout; a reader refuses what it does not know."""
+PLAIN, DISTURBED = 1, 2
+"""Versions of the file layout, without and with what else a controller saw than the truth; a reader
+refuses what it does not know."""
 
 
 @dataclass(frozen=True)
@@ -46,9 +48,13 @@ class Rollout:
         velocities: (time, (v_x, v_y)) of every velocity command, the first at time 0 [s, m/s].
         pushes: forces on the CoM.
         fallen: whether the run ended with a fall.
-        observations: what the controller saw, one `OBSERVATION` record a cycle.
+        observations: what the world did, one `OBSERVATION` record a cycle; all arrays, the outcome
+            and the pictures are of it.
+        seen: what the controller was told, likewise; the very same array, if left out: the truth.
         commands: what it answered, one `COMMAND` record a cycle; the last one was not carried out.
         decision_time: how long each answer took, wall clock [s]; not part of a comparison.
+        disturbance: of what it saw, and of its landings.
+        estimator: parameters of the one between, as text; empty if there was none.
         version: of Surefoot.
     """
 
@@ -61,7 +67,14 @@ class Rollout:
     observations: NDArray[np.void] = field(repr=False)
     commands: NDArray[np.void] = field(repr=False)
     decision_time: NDArray[np.float64] = field(repr=False, compare=False)
+    seen: NDArray[np.void] = field(default_factory=lambda: np.empty(0, OBSERVATION), repr=False)
+    disturbance: Disturbance | None = None
+    estimator: str = ""
     version: str = ""
+
+    def __post_init__(self) -> None:
+        if not len(self.seen):
+            object.__setattr__(self, "seen", self.observations)
 
     @property
     def time(self) -> NDArray[np.float64]:
@@ -237,8 +250,12 @@ class Rollout:
         """
         path = Path(path)
         check_writable(path, (".npz",))
+        disturbance = self.disturbance
+        arrays: dict[str, Any] = {"observations": self.observations, "commands": self.commands}
+        if self.seen is not self.observations:
+            arrays["seen"] = self.seen
         about = {
-            "format": FORMAT,
+            "format": PLAIN if disturbance is None and len(arrays) == 2 else DISTURBED,
             "version": self.version,
             "robot": msgspec.to_builtins(self.robot),
             "controller": self.controller,
@@ -246,6 +263,8 @@ class Rollout:
             "velocities": self.velocities,
             "pushes": [(push.start, push.duration, push.force) for push in self.pushes],
             "fallen": self.fallen,
+            "disturbance": None if disturbance is None else asdict(disturbance),
+            "estimator": self.estimator,
         }
         try:
             # Opened here, since np.savez would add an ending to "walk.NPZ".
@@ -253,9 +272,8 @@ class Rollout:
                 np.savez_compressed(
                     file,
                     about=np.array(json.dumps(about)),
-                    observations=self.observations,
-                    commands=self.commands,
                     decision_time=self.decision_time,
+                    **arrays,
                 )
         except OSError as error:
             raise FileError(
@@ -278,20 +296,23 @@ def load_rollout(path: str | Path) -> Rollout:
         with path.open("rb") as file, np.load(file, allow_pickle=False) as archive:
             about = json.loads(str(archive["about"]))
             arrays = {name: archive[name] for name in ("observations", "commands", "decision_time")}
+            if "seen" in archive:
+                arrays["seen"] = archive["seen"]
     except (OSError, zipfile.BadZipFile, EOFError, KeyError, ValueError) as error:
         raise FileError(
             "a rollout that Rollout.save wrote",
             f"{path}: {error}",
             "the file may be cut short: run the walk again with --save",
         ) from error
-    if not isinstance(about, dict) or about.get("format") != FORMAT:
+    if not isinstance(about, dict) or about.get("format") not in (PLAIN, DISTURBED):
         found = about.get("format") if isinstance(about, dict) else about
         raise FileError(
-            f"a rollout of format {FORMAT}",
+            f"a rollout of format {PLAIN} or {DISTURBED}",
             f"{path} with format {found!r}",
             "read it with the version of Surefoot that wrote it",
         )
-    if arrays["observations"].dtype != OBSERVATION or arrays["commands"].dtype != COMMAND:
+    wanted = {"observations": OBSERVATION, "seen": OBSERVATION, "commands": COMMAND}
+    if any(arrays[name].dtype != wanted[name] for name in wanted if name in arrays):
         raise FileError(
             "the records of this version of Surefoot",
             f"{path}, written by version {about.get('version')!r}",
@@ -306,6 +327,10 @@ def load_rollout(path: str | Path) -> Rollout:
 
 
 def _from_parts(about: dict[str, Any], arrays: dict[str, NDArray[Any]]) -> Rollout:
+    disturbance = about.get("disturbance")
+    if disturbance is not None:
+        offset = _pair(disturbance["com_offset"])
+        disturbance = Disturbance(**{**disturbance, "com_offset": offset})
     return Rollout(
         robot=msgspec.convert(about["robot"], Robot),
         controller=about["controller"],
@@ -315,6 +340,8 @@ def _from_parts(about: dict[str, Any], arrays: dict[str, NDArray[Any]]) -> Rollo
             Push(start, duration, _pair(force)) for start, duration, force in about["pushes"]
         ),
         fallen=bool(about["fallen"]),
+        disturbance=disturbance,
+        estimator=about.get("estimator", ""),
         version=about["version"],
         **arrays,
     )

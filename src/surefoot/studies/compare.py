@@ -36,6 +36,7 @@ from surefoot.errors import (
 )
 from surefoot.models.robot import Robot
 from surefoot.studies.compare_remarks import remarks
+from surefoot.studies.conditions import condition
 from surefoot.studies.protocol import Cell, Protocol, cell_key, every_method
 from surefoot.studies.push_cell import controller_of, decision_times, limits_of, measure
 from surefoot.studies.shards import Shards, write_table
@@ -73,6 +74,7 @@ class Comparison:
     Attributes:
         rows: see `measure`.
         methods: see `methods_of`.
+        disturbances: key and label of each that was asked for, and how many walks it took.
         provenance: what the table says of itself.
         remarks: what it says of the paper's own comparison, in paragraphs.
         failures: cells that could not be measured.
@@ -80,6 +82,7 @@ class Comparison:
 
     rows: list[dict[str, Any]]
     methods: list[dict[str, Any]]
+    disturbances: list[dict[str, Any]]
     provenance: dict[str, str]
     remarks: list[str]
     failures: list[Failure]
@@ -90,6 +93,7 @@ class Comparison:
         return {
             "rows": [_without_infinity(row) for row in self.rows],
             "methods": [_without_infinity(row) for row in self.methods],
+            "disturbances": self.disturbances,
             "provenance": self.provenance,
             "remarks": self.remarks,
             "failures": [{**asdict(one.cell), "error": one.error} for one in self.failures],
@@ -137,8 +141,12 @@ def compare_methods(
     about = provenance(protocol)
     write_table(rows, folder / TABLE, {"provenance": about})
     methods = methods_of(protocol, rows)
-    write_table(rows, folder / TABLE, {"provenance": about, "methods": methods})
-    return Comparison(rows, methods, about, remarks(rows), failures)
+    wrong = disturbances_of(protocol)
+    notes = {"provenance": about, "methods": methods, "disturbances": wrong}
+    write_table(rows, folder / TABLE, notes)
+    # The paper disturbs nothing but the robot.
+    said = remarks(rows) if protocol.must_settle else []
+    return Comparison(rows, methods, wrong, about, said, failures)
 
 
 def check_workers(workers: int) -> None:
@@ -244,7 +252,8 @@ def run_comparison(
 
 
 def _cell_of(row: dict[str, Any]) -> Cell:
-    return Cell(**{name: row[name] for name in Cell.__dataclass_fields__})
+    # Tables of older versions know no disturbance.
+    return Cell(**{name: row[name] for name in Cell.__dataclass_fields__ if name in row})
 
 
 def _parallel(
@@ -267,6 +276,15 @@ def methods_of(protocol: Protocol, rows: Iterable[dict[str, Any]]) -> list[dict[
     return told
 
 
+def disturbances_of(protocol: Protocol) -> list[dict[str, Any]]:
+    """What a reader is told of each disturbance: `key`, `label`, and how many `walks` a scan of it
+    takes, the worst of which counts."""
+    return [
+        {"key": one.key, "label": one.label, "walks": len(one.walks(protocol.seeds))}
+        for one in map(condition, protocol.disturbances)
+    ]
+
+
 def able_methods(robot: Robot, velocity: tuple[float, float]) -> tuple[list[str], dict[str, str]]:
     """Which methods can be compared on a robot at a velocity [m/s], and why the others cannot.
 
@@ -287,7 +305,7 @@ def able_methods(robot: Robot, velocity: tuple[float, float]) -> tuple[list[str]
 def study_stamp() -> str:
     """All sources that a row depends on, as a hash: the kernels, and what asks the questions."""
     digest = hashlib.sha256(source_stamp().encode())
-    for name in ("compare", "protocol", "push_cell", "push_recovery"):
+    for name in ("compare", "conditions", "protocol", "push_cell", "push_recovery"):
         digest.update((Path(__file__).parent / f"{name}.py").read_bytes())
     return digest.hexdigest()
 

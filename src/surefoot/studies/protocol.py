@@ -8,7 +8,7 @@ from dataclasses import asdict, dataclass, field, replace
 from itertools import product
 from typing import Any
 
-from msgspec import structs, to_builtins
+from msgspec import to_builtins
 
 from surefoot.checks import check_number
 from surefoot.control.methods import METHODS, method
@@ -16,6 +16,7 @@ from surefoot.errors import ParameterError
 from surefoot.models.robot import Robot
 from surefoot.planning.nominal_gait import nominal_gait
 from surefoot.planning.push_limit import check_leg
+from surefoot.studies.conditions import UNDISTURBED, condition
 
 PUSHED_STEP = 2
 """The push comes in the third step, as in the paper; it is one on the right foot."""
@@ -37,6 +38,7 @@ class Cell:
         phase: when the push begins, as a fraction of the step.
         push_duration: how long it lasts [s].
         leg_speed: limit of the swing foot; inf for none [m/s].
+        disturbance: key of what else is wrong, see `studies.conditions`.
     """
 
     method: str
@@ -44,6 +46,7 @@ class Cell:
     phase: float
     push_duration: float
     leg_speed: float
+    disturbance: str = UNDISTURBED
 
 
 @dataclass(frozen=True)
@@ -59,6 +62,9 @@ class Protocol:
         leg_speeds: limits of the swing foot; inf for none [m/s].
         push_durations: [s].
         step: of the scan over the impulse [N s].
+        disturbances: keys of `studies.conditions`. If anything but "none" is among them, a push is
+            survived if the robot has not fallen 8 s later: under noise nobody settles.
+        seeds: with how many a disturbance is walked that is drawn; the worst counts.
 
     Raises:
         ParameterError: an argument is out of range, or there is nothing to measure.
@@ -73,18 +79,24 @@ class Protocol:
     leg_speeds: tuple[float, ...] = (3.0,)
     push_durations: tuple[float, ...] = (0.2,)
     step: float = 1.0
+    disturbances: tuple[str, ...] = (UNDISTURBED,)
+    seeds: int = 3
 
     def __post_init__(self) -> None:
         for key in self.methods:
             method(key)
-        for name in ("directions", "phases"):
+        for key in self.disturbances:
+            condition(key)
+        for name, usual in (("directions", 4), ("phases", 8), ("seeds", 3)):
             value = getattr(self, name)
             if isinstance(value, bool) or not isinstance(value, int) or value < 1:
                 raise ParameterError(
-                    f"`{name}` as a whole number of at least 1", repr(value), "4 and 8 are usual"
+                    f"`{name}` as a whole number of at least 1", repr(value), f"{usual} is usual"
                 )
         check_number("step", self.step, 0.0, "N s", above=True)
-        for name, unit in (("leg_speeds", "m/s"), ("push_durations", "s"), ("methods", "-")):
+        for name, unit in (
+            ("leg_speeds", "m/s"), ("push_durations", "s"), ("methods", "-"), ("disturbances", "-"),
+        ):  # fmt: skip
             values = getattr(self, name)
             if not values:
                 raise ParameterError(f"at least one of `{name}`", "none", "name one")
@@ -99,29 +111,37 @@ class Protocol:
 
     def cells(self) -> Iterator[Cell]:
         """Everything that is to be measured."""
-        for key, leg_speed, duration, phase, direction in product(
+        for key, disturbance, leg_speed, duration, phase, direction in product(
             self.methods,
+            self.disturbances,
             self.leg_speeds,
             self.push_durations,
             range(self.phases),
             range(self.directions),
         ):
             angle = 360.0 * direction / self.directions
-            yield Cell(key, angle, phase / self.phases, duration, leg_speed)
+            yield Cell(key, angle, phase / self.phases, duration, leg_speed, disturbance)
+
+    @property
+    def must_settle(self) -> bool:
+        """Whether a push is survived only if the robot is back on its gait."""
+        return self.disturbances == (UNDISTURBED,)
 
     def walked(self, cell: Cell) -> Cell:
         """The cell that is really walked for this one.
 
-        Fixed steps are the same steps, to the bit, on every leg that is fast enough for them.
+        Fixed steps are the same steps, to the bit, on every leg that is fast enough for them, if
+        nothing disturbs them.
         """
         gait = nominal_gait(self.robot, self.velocity)
-        if method(cell.method).fixed_steps and cell.leg_speed >= gait.swing_speed:
+        fixed = method(cell.method).fixed_steps and cell.disturbance == UNDISTURBED
+        if fixed and cell.leg_speed >= gait.swing_speed:
             return replace(cell, leg_speed=math.inf)
         return cell
 
     def robot_with(self, leg_speed: float) -> Robot:
         """The robot with this limit of its swing foot [m/s]."""
-        return self.robot.replace(swing=structs.replace(self.robot.swing, max_speed=leg_speed))
+        return self.robot.with_leg(max_speed=leg_speed)
 
     def push_start(self, phase: float) -> float:
         """When the push begins [s]."""
@@ -142,10 +162,12 @@ class Protocol:
             "robot": to_builtins(self.robot),
             "velocity": list(self.velocity),
             "step": self.step,
+            "must_settle": self.must_settle,
+            "seeds": self.seeds,
         }
 
 
-def cell_key(cell: Cell) -> tuple[str, float, float, float, float]:
+def cell_key(cell: Cell) -> tuple[str, float, float, float, float, str]:
     """A cell as a key; angles and phases rounded, so that they survive a file."""
     values = asdict(cell)
     return (
@@ -154,4 +176,5 @@ def cell_key(cell: Cell) -> tuple[str, float, float, float, float]:
         round(values["phase"], 9),
         values["push_duration"],
         values["leg_speed"],
+        values["disturbance"],
     )

@@ -15,8 +15,10 @@ from surefoot.models.footsteps import Side
 from surefoot.models.interfaces import Controller
 from surefoot.models.pushes import Push
 from surefoot.planning.push_limit import fixed_steps_limit, push_limit
+from surefoot.simulation.disturbance import Disturbance
 from surefoot.simulation.simulate import simulate
-from surefoot.studies.protocol import Cell, Protocol
+from surefoot.studies.conditions import UNDISTURBED, condition
+from surefoot.studies.protocol import PUSHED_STEP, Cell, Protocol
 from surefoot.studies.push_recovery import smallest_failing_push
 
 LARGEST_SHARE, LARGEST_BEYOND = 1.25, 50.0
@@ -34,6 +36,40 @@ def controller_of(protocol: Protocol, key: str, leg_speed: float) -> Controller:
     return method(key).controller(protocol.robot_with(leg_speed), protocol.velocity)
 
 
+@lru_cache(maxsize=256)
+def pushed_touchdown(
+    protocol: Protocol, key: str, leg_speed: float, disturbance: str, walk: Disturbance
+) -> float:
+    """When the step begins that is pushed [s]: sooner or later than nominally, if the ground is.
+
+    A robot that does not get that far is pushed when that step would begin.
+    """
+    nominal, wrong = protocol.push_start(0.0), condition(disturbance)
+    controller = controller_of(protocol, key, leg_speed)
+    rollout = simulate(
+        controller,
+        1.5 * nominal,
+        first_support=Side.RIGHT,
+        plant=wrong.plant(controller.robot),
+        disturbance=walk,
+        estimator=wrong.estimator_of(controller),
+    )
+    finished = rollout.footsteps[PUSHED_STEP - 1 : PUSHED_STEP]
+    return finished[0].start + finished[0].duration if finished else nominal
+
+
+def _push_start(protocol: Protocol, walked: Cell, walk: Disturbance) -> float:
+    """When the push begins in one walk: in the same phase of the same step, whatever is wrong."""
+    nominal = protocol.push_start(walked.phase)
+    if walked.disturbance == UNDISTURBED:
+        return nominal
+    return (
+        nominal
+        - protocol.push_start(0.0)
+        + pushed_touchdown(protocol, walked.method, walked.leg_speed, walked.disturbance, walk)
+    )
+
+
 def measure(protocol: Protocol, cell: Cell) -> dict[str, Any]:
     """One row of the table: the limit of a method in one cell, and what nobody can pass.
 
@@ -42,29 +78,43 @@ def measure(protocol: Protocol, cell: Cell) -> dict[str, Any]:
         cell: the one to answer.
 
     Returns:
-        The cell, `impulse` (smallest failing), `scanned` and `step` [N s], `delta_v` [m/s],
-        `failure` ("fell", "unsettled" or "none") and `seconds`; see `limits_of` for the limits.
+        The cell, `impulse` (smallest failing, in the worst of the walks of its disturbance),
+        `scanned` and `step` [N s], `delta_v` [m/s], `failure` ("fell", "unsettled" or "none"),
+        `survived_mean` (over these walks, the largest impulse below which all were survived [N s])
+        and `seconds`; see `limits_of` for the limits.
     """
     before = time.perf_counter()
     walked, limits = protocol.walked(cell), limits_of(protocol, cell)
-    found = smallest_failing_push(
-        controller_of(protocol, walked.method, walked.leg_speed),
-        protocol.direction(cell.angle),
-        start=protocol.push_start(cell.phase),
-        duration=cell.push_duration,
-        step=protocol.step,
-        largest=LARGEST_SHARE * limits["limit_finite"] + LARGEST_BEYOND,
-        first_support=Side.RIGHT,
-        workers=1,
-    )
-    failure = "fell" if found.fell else "unsettled"
+    controller = controller_of(protocol, walked.method, walked.leg_speed)
+    wrong = condition(cell.disturbance)
+    found = [
+        smallest_failing_push(
+            controller,
+            protocol.direction(cell.angle),
+            start=_push_start(protocol, walked, disturbance),
+            duration=cell.push_duration,
+            step=protocol.step,
+            largest=LARGEST_SHARE * limits["limit_finite"] + LARGEST_BEYOND,
+            first_support=Side.RIGHT,
+            workers=1,
+            plant=wrong.plant(controller.robot),
+            disturbance=disturbance,
+            estimator=wrong.estimator_of(controller),
+            must_settle=protocol.must_settle,
+        )
+        for disturbance in wrong.walks(protocol.seeds)
+    ]
+    worst = min(found, key=lambda one: one.impulse)
+    failure = "fell" if worst.fell else "unsettled"
+    survived = [min(max(one.impulse - one.step, 0.0), one.scanned) for one in found]
     return {
         **asdict(cell),
-        "impulse": found.impulse,
-        "delta_v": found.delta_v,
-        "step": found.step,
-        "scanned": found.scanned,
-        "failure": failure if math.isfinite(found.impulse) else "none",
+        "impulse": worst.impulse,
+        "delta_v": worst.delta_v,
+        "step": worst.step,
+        "scanned": worst.scanned,
+        "failure": failure if math.isfinite(worst.impulse) else "none",
+        "survived_mean": math.fsum(survived) / len(survived),
         **limits,
         "seconds": time.perf_counter() - before,
     }
@@ -72,8 +122,9 @@ def measure(protocol: Protocol, cell: Cell) -> dict[str, Any]:
 
 def limits_of(protocol: Protocol, cell: Cell) -> dict[str, float]:
     """What nobody can pass in a cell [N s]: `limit_point` with the ZMP at rest in the centre of
-    the foot, `limit_finite` with the whole sole, `limit_fixed` with the sole but fixed steps."""
-    robot = protocol.robot_with(cell.leg_speed)
+    the foot, `limit_finite` with the whole sole, `limit_fixed` with the sole but fixed steps. They
+    are those of the robot that is really pushed, whatever its controller believes."""
+    robot = condition(cell.disturbance).plant(protocol.robot_with(cell.leg_speed))
     situation: dict[str, Any] = {
         "velocity": protocol.velocity,
         "elapsed": protocol.push_start(cell.phase) - protocol.push_start(0.0),
