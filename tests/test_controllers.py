@@ -39,6 +39,11 @@ CONTROLLERS: dict[str, Make] = {
         ROBOT, velocity, solve_period=0.1
     ),
     "ankle-hip-step-mpc": lambda velocity: sf.AnkleHipStepMpc(ROBOT, velocity),
+    "unified": lambda velocity: sf.UnifiedController(ROBOT, velocity),
+    "unified-no-ankle": lambda velocity: sf.UnifiedController(ROBOT, velocity, ankle=False),
+    "unified-slow-leg": lambda velocity: sf.UnifiedController(
+        ROBOT.replace(swing=type(ROBOT.swing)(max_speed=3.0)), velocity
+    ),
 }
 NEARNESS = {"preview": 0.005, "preview-published": 0.01}
 """How near to the nominal gait a method walks undisturbed, where that is not exact [m]: it follows

@@ -15,6 +15,7 @@ from surefoot.control.linear_mpc import LinearMpc
 from surefoot.control.preview_control import PreviewControl
 from surefoot.control.step_timing import StepTiming
 from surefoot.control.timing_nlp import TimingNlp
+from surefoot.control.unified import UnifiedController
 from surefoot.errors import ParameterError
 from surefoot.models.interfaces import Controller
 from surefoot.models.robot import Robot
@@ -152,6 +153,14 @@ METHODS = (
         "On-line gait adjustment, III-C",
         "ZMP or step location, timing",
         "holds the ZMP while it adapts the step; does not know how fast the leg is",
+    ),
+    Method(
+        "unified",
+        "unified (ours)",
+        UnifiedController,
+        "Surefoot",
+        "ZMP, step location, timing",
+        "keeps its trunk upright",
     ),
 )
 """In the order in which they are shown: from the ZMP alone to steps in place and time."""

@@ -22,6 +22,7 @@ from surefoot.control.tracking_law import (
     plan_landing,
 )
 from surefoot.models.interfaces import COMMAND, Mode, Status
+from surefoot.models.leg import furthest
 
 MPC = np.dtype(
     [
@@ -101,11 +102,13 @@ def _bound_steps(parameters, plan, observation, lower, upper):
         for i in range(2):
             planned = plan.step[i] if j == 0 else parameters.nominal_step[row, i]
             low, high = tracking.step_min[row, i] - planned, tracking.step_max[row, i] - planned
-            if j == 0 and tracking.swing.max_speed < math.inf:
+            most, hardest = tracking.swing.max_speed, tracking.swing.max_acceleration
+            if j == 0 and (most < math.inf or hardest < math.inf):
                 away = observation.swing_foot[i] - observation.support_foot[i] - planned
-                reach = tracking.swing.max_speed * left
-                low = min(max(low, away - reach), away + reach)
-                high = max(min(high, away + reach), away - reach)
+                velocity = observation.swing_foot_velocity[i]
+                ahead = away + furthest(velocity, left, most, hardest)
+                behind = away - furthest(-velocity, left, most, hardest)
+                low, high = min(max(low, behind), ahead), max(min(high, ahead), behind)
             if i == 1 and observation.support_side < 0:
                 low, high = -high, -low
             lower[i, first + j], upper[i, first + j] = low, high

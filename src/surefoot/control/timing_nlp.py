@@ -346,8 +346,14 @@ class TimingNlp:
             guess["duration"][0, 0] = max(float(next_state["landing_time"][0]) - elapsed, 0.0)
         foot = seen["support_foot"]
         dcm, swing = seen["dcm"] - foot, seen["swing_foot"][:2] - foot
+        speed = seen["swing_foot_velocity"]
         steps, converged, outside = self.sequence.solve(
-            side, elapsed, (float(dcm[0]), float(dcm[1])), (float(swing[0]), float(swing[1])), guess
+            side,
+            elapsed,
+            (float(dcm[0]), float(dcm[1])),
+            (float(swing[0]), float(swing[1])),
+            guess,
+            (float(speed[0]), float(speed[1])),
         )
         status = Status.OK if converged else Status.NOT_CONVERGED
         if converged and outside > VIOLATION_TOLERANCE:

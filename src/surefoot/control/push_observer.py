@@ -1,0 +1,122 @@
+"""What pushes the robot, seen in the motion of its DCM: no force sensor, no mass needed.
+
+Between two cycles the DCM flows about the commanded ZMP. What it does beyond that is the push: with
+f = F / (m omega^2) it is f (e^(omega dt) - 1), so f follows at once. Measured like this, noise of
+the DCM counts 1 / (omega dt) times, three hundred times at 1 kHz. So beside the estimate of the
+moment there are some that are smoothed, and the noise is watched: it makes estimates jump to and
+fro, which a push does only when it begins and ends. The fastest estimate that can be told from its
+own noise is the answer; without noise that is the one of the moment. Own derivation; in the world
+frame, for the sides of the feet change places at a touchdown.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from surefoot.compiling import njit
+
+SMOOTHINGS = (0.0, 0.004, 0.016, 0.064)
+"""Time constants of the estimates [s]."""
+
+NOISE_TIME = 0.1
+"""Time constant with which the noise is learnt [s]."""
+
+SURE = 5.0
+"""An estimate that is this many standard deviations from zero is a push."""
+
+HARMLESS = 0.05
+"""So is one whose noise, as many times, is below this [m]: it would change nothing."""
+
+OUTLIER = 9.0
+"""A squared jump larger than this many times the usual one is the edge of a push."""
+
+NO_FORCE = 1e-9
+"""An estimate that is no larger is rounding [m]."""
+
+SHORT = 0.2
+"""A cycle shorter than this part of a period says too little of the force in it."""
+
+_COUNT = len(SMOOTHINGS)
+
+OBSERVING = np.dtype(
+    [("omega", "f8"), ("period", "f8"), ("follow", "f8", (_COUNT,)), ("learn", "f8")]
+)
+"""Parameters: natural frequency [1/s], control period [s], how much each estimate follows in a
+cycle, and how much the noise is learnt in one."""
+
+PUSH_OBSERVER = np.dtype(
+    [
+        ("force", "f8", (2,)),
+        ("estimate", "f8", (2, _COUNT)),
+        ("jump", "f8", (2,)),
+        ("time", "f8"),
+        ("dcm", "f8", (2,)),
+        ("zmp", "f8", (2,)),
+        ("seen", "i8"),
+    ],
+)
+"""The answer f and the estimates, per axis [m]; mean square of how they jump [m^2]; of the last
+cycle its time [s], DCM and commanded ZMP [m], if it was seen."""
+
+
+def observing(omega: float, period: float) -> tuple[float, float, list[float], float]:
+    """The `OBSERVING` record for a natural frequency [1/s] and a control period [s]."""
+    follow = [-math.expm1(-period / time) if time > 0.0 else 1.0 for time in SMOOTHINGS]
+    return omega, period, follow, -math.expm1(-period / NOISE_TIME)
+
+
+@njit
+def _answer(parameters, observer, axis):
+    """The fastest estimate that is sure."""
+    for k in range(_COUNT):
+        value, part = observer.estimate[axis, k], parameters.follow[k]
+        # Of white noise s in the DCM a jump is (1, -2, 1) s, and an estimate has `part` of (1, -1).
+        noise = part * math.sqrt(observer.jump[axis] / (3.0 * (2.0 - part)))
+        if SURE * noise <= max(HARMLESS, abs(value)):
+            return 0.0 if abs(value) < NO_FORCE else value
+    return 0.0
+
+
+@njit
+def observe_push(parameters, last, observation, observer):
+    """Write the estimates of this cycle.
+
+    Args:
+        parameters: an `OBSERVING` record.
+        last: the `PUSH_OBSERVER` record of the last cycle.
+        observation: an `OBSERVATION` record.
+        observer: the record of this cycle; DCM and ZMP are for `remember` to write.
+    """
+    observer.jump = last.jump
+    if last.seen == 0:
+        # What pushed before a gap may be over.
+        for i in range(2):
+            observer.force[i] = 0.0
+            for k in range(_COUNT):
+                observer.estimate[i, k] = 0.0
+        return
+    observer.force, observer.estimate = last.force, last.estimate
+    elapsed = observation.time - last.time
+    if elapsed <= SHORT * parameters.period:
+        return
+    growth = math.exp(parameters.omega * min(elapsed, 1.0))
+    for i in range(2):
+        expected = last.zmp[i] + (last.dcm[i] - last.zmp[i]) * growth
+        force = (observation.dcm[i] - expected) / (growth - 1.0)
+        jump, usual = force - last.estimate[i, 0], last.jump[i]
+        square = min(jump * jump, OUTLIER * usual + HARMLESS * HARMLESS)
+        observer.jump[i] = usual + parameters.learn * (square - usual)
+        for k in range(_COUNT):
+            before = last.estimate[i, k]
+            observer.estimate[i, k] = before + parameters.follow[k] * (force - before)
+        observer.force[i] = _answer(parameters, observer, i)
+
+
+@njit
+def remember(observation, zmp, observer):
+    """Keep what the next cycle compares with: when and where the DCM was, and the ZMP from now."""
+    observer.time, observer.seen = observation.time, 1
+    for i in range(2):
+        observer.dcm[i], observer.zmp[i] = observation.dcm[i], zmp[i]

@@ -1,0 +1,258 @@
+"""The unified controller: ZMP, landing place and landing time from one convex problem.
+
+No switch between small pushes and large ones. Every cycle it observes the push, asks what it may
+still do, and solves `planning.landing_problem`: while the ZMP can make up for an error the landing
+stays where it is; beyond that it moves, in place and time, as far as it has to and the leg can.
+Own method; it replaces the hybrid of [OnlineGait], III-C.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from functools import cache
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from surefoot.checks import check_number, check_pair
+from surefoot.compiling import entry_point, njit
+from surefoot.control.cycle import command_swing, growth_since_touchdown, is_usable
+from surefoot.control.dcm_tracking import (
+    DEFAULT_DCM_GAIN,
+    check_tracking,
+    first_plan,
+    tracking_parameters,
+)
+from surefoot.control.push_observer import observe_push, observing, remember
+from surefoot.control.tracking_law import begin_plan, follow_plan, hold, plan_landing
+from surefoot.control.unified_law import (
+    UNIFIED,
+    UNIFIED_STATE,
+    assess,
+    command_landing,
+    place_zmp,
+)
+from surefoot.errors import VelocityError
+from surefoot.models.footsteps import Side
+from surefoot.models.interfaces import OBSERVATION, Command, Observation
+from surefoot.models.leg import time_to
+from surefoot.models.record import new_array
+from surefoot.models.robot import Robot
+from surefoot.models.viable_displacement import viable_displacement
+from surefoot.planning.landing import decide_landing
+from surefoot.planning.landing_problem import Decision, landing_parameters
+from surefoot.planning.nominal_gait import NominalGait, nominal_gait
+
+
+@njit
+def unified_cycle(parameters, state, observation, next_state):
+    """One cycle of `UnifiedController` over records."""
+    if not is_usable(observation):
+        next_state.observer, next_state.decision = state.observer, state.decision
+        next_state.situation, next_state.observer.seen = state.situation, 0
+        hold(state, observation, next_state)
+        return
+    next_state.plan = state.plan
+    plan, command = next_state.plan, next_state.command
+    tracking, landing = parameters.tracking, parameters.landing
+    situation, decision, observer = next_state.situation, next_state.decision, next_state.observer
+    new_step = observation.support_side != plan.support_side
+    if new_step:
+        begin_plan(tracking, observation, plan.adapting != 0, plan)
+        plan.adapting = 0
+    plan_landing(tracking, observation, plan)
+    growth = growth_since_touchdown(landing.omega, observation.elapsed)
+    follow_plan(tracking, observation, growth, plan, command)
+    observe_push(parameters.observing, state.observer, observation, observer)
+    last_duration = plan.step_duration if new_step else state.command.step_duration
+    assess(parameters, observation, plan, last_duration, observer.force, situation, decision)
+    guess = situation.tau_ref if new_step else state.decision.tau
+    decide_landing(landing, situation, guess, decision)
+    command_landing(landing, observation, plan, decision, command)
+    place_zmp(parameters, observation, situation, decision, command)
+    remember(observation, command.zmp, observer)
+    command_swing(
+        tracking.swing,
+        observation,
+        (0.0, command.step_duration),
+        tracking.landing_yaw,
+        state.command,
+        plan.phase,
+        new_step,
+        command,
+    )
+
+
+@njit
+def _unified_step(parameters, state, observation, next_state):
+    unified_cycle(parameters[0], state[0], observation[0], next_state[0])
+
+
+@cache
+def _compiled() -> Callable[..., None]:
+    return entry_point(_unified_step, UNIFIED, UNIFIED_STATE, OBSERVATION, UNIFIED_STATE)
+
+
+@dataclass(frozen=True)
+class UnifiedController:
+    """ZMP, landing place and landing time from one convex problem, up to the limit of physics.
+
+    Args:
+        robot: whose gait it is, and whose leg and sole it makes use of.
+        velocity: commanded (v_x, v_y) [m/s].
+        ankle: whether the ZMP moves inside the sole; False for a point foot.
+        horizon: h, how much longer a push may go on that is observed; 0 for none [s].
+        reserve: rho, distance kept from what cannot be saved [m]; less if the gait is closer.
+        comfort: DCM error that the ZMP alone answers, while nothing is in danger [m].
+        dcm_gain: K_f, rate at which the ZMP removes an error [1/s].
+        step_weight: (a1, a2) on the step vector [1/m^2].
+        tau_weight: a3 on tau [-].
+        offset_weight: (a4, a5) on the error at landing that neither ZMP nor comfort takes [1/m^2].
+        commitment: a landing that is nearer than this cannot be brought forward any more, since
+            what a push does shows only after a few cycles; if None, 3 ms, or 10 ms for a leg of
+            limited acceleration, to which landing at once is a temptation, but three periods [s].
+        step_duration: T_nom, chosen from the velocity if None [s].
+        period: control period [s].
+
+    Raises:
+        VelocityError: the velocity cannot be walked, or not on this leg.
+        RobotError: the leg is too slow to step at all.
+        ParameterError: another argument is out of range, or the gait asks more of the leg than it
+            can do for ever.
+    """
+
+    robot: Robot
+    velocity: tuple[float, float]
+    ankle: bool = True
+    horizon: float = 1.0
+    reserve: float = 0.02
+    comfort: float = 0.024
+    dcm_gain: float = DEFAULT_DCM_GAIN
+    step_weight: tuple[float, float] = (1.0, 1.0)
+    tau_weight: float = 1.0
+    offset_weight: tuple[float, float] = (1000.0, 1000.0)
+    commitment: float | None = None
+    step_duration: float | None = None
+    period: float = 0.001
+    gait: NominalGait = field(init=False, repr=False)
+    parameters: NDArray[np.void] = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        check_tracking(self.robot, self.dcm_gain, 0.0, self.period)
+        for name, unit in (
+            ("horizon", "s"), ("reserve", "m"), ("comfort", "m"),
+        ):  # fmt: skip
+            check_number(name, getattr(self, name), 0.0, unit)
+        check_number("tau_weight", self.tau_weight, 0.0, "-", above=True)
+        check_pair("step_weight", self.step_weight, 0.0, "1/m^2")
+        check_pair("offset_weight", self.offset_weight, 0.0, "1/m^2")
+        gait = nominal_gait(self.robot, self.velocity, self.step_duration)
+        object.__setattr__(self, "gait", gait)
+        object.__setattr__(self, "velocity", gait.velocity)
+        self._check_leg()
+        parameters = new_array(UNIFIED)
+        parameters["tracking"] = tracking_parameters(
+            self.robot, gait, self.dcm_gain, self.ankle, 0.0, self.period
+        )
+        parameters["landing"] = self._landing()
+        parameters["anticipation"] = -math.expm1(-self.robot.omega * self.horizon)
+        parameters["observing"] = observing(self.robot.omega, self.period)
+        parameters["commitment"] = self._commitment()
+        object.__setattr__(self, "parameters", parameters)
+        _compiled()  # Now rather than in the first control cycle.
+
+    def _check_leg(self) -> None:
+        """Refuse a leg that is late in every step of the gait.
+
+        Raises:
+            VelocityError: the leg is too slow.
+        """
+        gait, swing = self.gait, self.robot.swing
+        needed = 0.0
+        for axis in range(2):
+            stride = abs(gait.step(Side.RIGHT)[axis] + gait.step(Side.LEFT)[axis])
+            needed = max(needed, time_to(stride, 0.0, swing.max_speed, swing.max_acceleration))
+        if needed > gait.step_duration:
+            raise VelocityError(
+                f"a leg that swings in the {gait.step_duration:.3g} s of a step at {gait.velocity}",
+                f"one that takes {needed:.3g} s",
+                "walk more slowly, or give the leg its true speed and acceleration",
+            )
+
+    def _commitment(self) -> float:
+        if self.commitment is not None:
+            check_number("commitment", self.commitment, 0.0, "s")
+            return self.commitment
+        free = math.isinf(self.robot.swing.max_acceleration)
+        return max(0.003 if free else 0.01, 3.0 * self.period)
+
+    def _landing(self) -> NDArray[np.void]:
+        """The `LANDING` record.
+
+        What comfort leaves to the next step is no more than the ZMP can take up in one.
+        """
+        gain = 1.0 + self.dcm_gain / self.robot.omega
+        reach = np.array(self.robot.foot.half) if self.ankle else np.zeros(2)
+        taken = -math.expm1(-self.robot.omega * self.gait.step_duration)
+        return landing_parameters(
+            self.robot,
+            reach,
+            np.minimum(reach, gain * self.comfort),
+            np.minimum(self.comfort, taken * reach),
+            step_weight=self.step_weight,
+            tau_weight=self.tau_weight,
+            offset_weight=self.offset_weight,
+            reserve=self.reserve,
+            room=self._room(reach),
+        )
+
+    def _room(self, reach: NDArray[np.float64]) -> float:
+        """How far the nominal offsets are from what can be saved after a nominal step [m]."""
+        tables, side = viable_displacement(self.robot), Side.RIGHT
+        rooms = []
+        for axis in range(2):
+            # A step of the right foot counts to the left, and then the left foot stands.
+            step = self.gait.step(side)[axis]
+            offset = self.gait.dcm_offset(side)[axis] * (1.0 if axis == 0 else -1.0)
+            for sign in (1, -1):
+                worth = tables.after_step(axis, sign, step)
+                rooms.append(worth + float(reach[axis]) - sign * offset)
+        return min(rooms)
+
+    @property
+    def kernel(self) -> Callable[..., None]:
+        """The compiled cycle over records."""
+        return unified_cycle
+
+    def decision(self, state: NDArray[np.void]) -> Decision:
+        """What was decided in the cycle that led to this state, with margin and active limits."""
+        return Decision.of(state["decision"])
+
+    def first_observation(self, support_side: Side | None = None) -> Observation:
+        """What a robot on the nominal gait observes at a touchdown; right foot first by default."""
+        return self.gait.observation(Side.RIGHT if support_side is None else support_side)
+
+    def start(self, observation: Observation) -> NDArray[np.void]:
+        """The state before the first cycle.
+
+        Raises:
+            ParameterError: the observation is not finite.
+        """
+        state = new_array(UNIFIED_STATE)
+        first_plan(self.gait, observation, state)
+        return state
+
+    def step(
+        self, state: NDArray[np.void], observation: Observation
+    ) -> tuple[Command, NDArray[np.void]]:
+        """One cycle: what to do now, and the state for the next cycle."""
+        next_state = new_array(UNIFIED_STATE)
+        _compiled()(self.parameters, state, observation.array, next_state)
+        return Command.of(next_state["command"]), next_state
+
+    def with_velocity(self, velocity: tuple[float, float]) -> Self:
+        """The same controller for another velocity; the state carries over."""
+        return replace(self, velocity=velocity)

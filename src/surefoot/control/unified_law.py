@@ -1,0 +1,179 @@
+"""The law of the unified controller over records: assess, decide, and place the ZMP.
+
+See `control.unified`; the decision about the landing is that of `planning.landing`.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from surefoot.compiling import njit
+from surefoot.control.cycle import LARGEST_EXPONENT
+from surefoot.control.push_observer import OBSERVING, PUSH_OBSERVER
+from surefoot.control.tracking_law import PLAN, TRACKING
+from surefoot.models.interfaces import COMMAND, Mode, Status
+from surefoot.planning.anticipation import margin, saved_share, worth_after
+from surefoot.planning.landing_place import excess, soft_error
+from surefoot.planning.landing_problem import DECISION, LANDING, SITUATION, Limit
+from surefoot.planning.support_polygon import nearest_under_foot
+
+UNIFIED = np.dtype(
+    [
+        ("tracking", TRACKING),
+        ("landing", LANDING),
+        ("anticipation", "f8"),
+        ("observing", OBSERVING),
+        ("commitment", "f8"),
+    ],
+)
+"""Parameters: of tracking, of the landing problem and of the push observer; 1 - e^(-omega h); how
+soon before a landing its time can still be brought forward [s]."""
+
+UNIFIED_STATE = np.dtype(
+    [
+        ("plan", PLAN),
+        ("observer", PUSH_OBSERVER),
+        ("situation", SITUATION),
+        ("decision", DECISION),
+        ("command", COMMAND),
+    ],
+)
+
+MOVED = 1e-6
+"""A landing that differs from the plan by less is the planned one [m, s]."""
+
+_ZMP = (int(Limit.ZMP_X), int(Limit.ZMP_Y))
+_LOST = int(Limit.LOST)
+_TRACKING_MODE, _ADAPTING = int(Mode.TRACKING), int(Mode.ADAPTING)
+_OFFSET_VIOLATED, _NO_TIME_LEFT = int(Status.OFFSET_VIOLATED), int(Status.NO_TIME_LEFT)
+_ZMP_AT_EDGE = int(Status.ZMP_AT_EDGE)
+
+
+@njit(forceinline=True)
+def mirror(support_side, axis):
+    """+1, or -1 where the axis counts towards the swing foot and that is to the right."""
+    return float(support_side) if axis == 1 else 1.0
+
+
+@njit
+def assess(parameters, observation, plan, last_duration, force, situation, decision):
+    """Write the situation: where everything is, and what the push may still do."""
+    landing, omega = parameters.landing, parameters.landing.omega
+    elapsed = min(max(observation.elapsed, 0.0), LARGEST_EXPONENT / omega)
+    fastest = landing.max_speed
+    for i in range(2):
+        side = mirror(observation.support_side, i)
+        foot = observation.support_foot[i]
+        situation.offset[i] = side * (observation.dcm[i] - foot)
+        situation.foot[i] = side * (observation.swing_foot[i] - foot)
+        # A foot that is measured a little faster than it can be.
+        velocity = min(max(observation.swing_foot_velocity[i], -fastest), fastest)
+        situation.foot_velocity[i] = side * velocity
+        situation.step_ref[i], situation.offset_ref[i] = (
+            side * plan.step[i],
+            side * plan.end_offset[i],
+        )
+        decision.force[i] = force[i]
+    soonest = max(landing.shortest, elapsed, min(last_duration, elapsed + parameters.commitment))
+    latest = max(landing.longest, soonest)
+    situation.elapsed, situation.tau_ref = elapsed, plan.growth
+    situation.tau_min, situation.tau_max = math.exp(omega * soonest), math.exp(omega * latest)
+    earliest, left = soonest - elapsed, latest - elapsed
+    decision.margin = margin(landing, situation, earliest, left)
+    push_x = mirror(observation.support_side, 0) * force[0] * parameters.anticipation
+    push_y = mirror(observation.support_side, 1) * force[1] * parameters.anticipation
+    share = saved_share(landing, situation, push_x, push_y, earliest, left)
+    decision.share = share
+    situation.anticipated[0] = situation.offset[0] + share * push_x
+    situation.anticipated[1] = situation.offset[1] + share * push_y
+
+
+@njit
+def needed_zmp(landing, situation, axis, growth, place):
+    """The interval in which the ZMP has to stay for the reserve to be kept, inside the sole [m].
+
+    For a ZMP at u until the landing, v = e' k - u (k - 1) - c - X - Z along the axis.
+    """
+    reach, take = landing.zmp_reach[axis], growth - 1.0
+    along, _ = worth_after(landing.concave_worth, landing, axis, 0, place)
+    against, _ = worth_after(landing.concave_worth, landing, axis, 1, place)
+    over, under = excess(landing, situation, axis, growth, place, along, against)
+    low, high = -reach, reach
+    # `excess` has the ZMP at the edge: what it leaves of the reserve need not be taken.
+    room = -(over + landing.reserve[axis])
+    if room < 2.0 * reach * take:
+        low = reach if room <= 0.0 else reach - room / take
+    room = -(under + landing.reserve[axis])
+    if room < 2.0 * reach * take:
+        high = -reach if room <= 0.0 else room / take - reach
+    if low > high:
+        # Both sides in danger: the middle.
+        low = high = min(max(0.5 * (low + high), -reach), reach)
+    return low, high
+
+
+@njit
+def gentle_range(parameters, situation, axis, growth, decision):
+    """How far the ZMP may move while nothing is in danger [m].
+
+    Further than c_g by what the landing leaves of the error: next to nothing while the landing is
+    free to move, and all of the sole where it is not.
+    """
+    landing, place = parameters.landing, decision.step[axis]
+    rest = abs(soft_error(landing, situation, axis, growth, place))
+    gentle = landing.gentle_zmp[axis] + parameters.tracking.zmp_gain * rest
+    return min(gentle, landing.zmp_reach[axis])
+
+
+@njit
+def place_zmp(parameters, observation, situation, decision, command):
+    """Write ZMP and expected offset: follow the plan gently, or as the reserve demands."""
+    tracking, landing = parameters.tracking, parameters.landing
+    growth = decision.tau * math.exp(-landing.omega * situation.elapsed)
+    for i in range(2):
+        side, foot = mirror(observation.support_side, i), observation.support_foot[i]
+        asked = tracking.zmp_gain * side * (observation.dcm[i] - command.dcm_plan[i])
+        reach = landing.zmp_reach[i]
+        gentle = gentle_range(parameters, situation, i, growth, decision)
+        zmp = min(max(asked, -gentle), gentle)
+        low, high = needed_zmp(landing, situation, i, growth, decision.step[i])
+        zmp = min(max(zmp, low), high)
+        if reach > 0.0 and abs(zmp) >= reach:
+            decision.active |= _ZMP[i]
+            command.status |= _ZMP_AT_EDGE
+        command.zmp[i] = foot + side * zmp
+    half, foot, yaw = landing.zmp_reach, observation.support_foot, observation.support_yaw
+    if yaw != 0.0:
+        x, y = command.zmp[0] - foot[0], command.zmp[1] - foot[1]
+        x, y = nearest_under_foot(x, y, half[0], half[1], yaw)
+        command.zmp[0], command.zmp[1] = foot[0] + x, foot[1] + y
+    for i in range(2):
+        side = mirror(observation.support_side, i)
+        decision.zmp[i] = side * (command.zmp[i] - foot[i])
+        at_end = decision.zmp[i] + (situation.offset[i] - decision.zmp[i]) * growth
+        command.dcm_offset[i] = side * (at_end - decision.step[i])
+
+
+@njit
+def command_landing(landing, observation, plan, decision, command):
+    """Write place and time of the landing, and whether they are those of the plan."""
+    duration = plan.step_duration
+    if decision.tau != plan.growth:
+        duration = max(math.log(decision.tau) / landing.omega, observation.elapsed)
+    adapted = abs(duration - plan.step_duration) > MOVED
+    for i in range(2):
+        step = mirror(observation.support_side, i) * decision.step[i]
+        adapted = adapted or abs(step - plan.step[i]) > MOVED
+        command.step_location[i] = observation.support_foot[i] + step
+    command.step_duration = duration
+    if adapted:
+        plan.adapting = 1
+    command.mode = _ADAPTING if adapted else _TRACKING_MODE
+    command.double_support = 0
+    command.status = 0
+    if observation.elapsed > max(landing.longest, plan.step_duration):
+        command.status |= _NO_TIME_LEFT
+    if decision.active & _LOST:
+        command.status |= _OFFSET_VIOLATED

@@ -1,0 +1,204 @@
+"""How much can still be saved: the margin of the moment, and the share of a push that goes on.
+
+A force F that lasts for h more seconds moves the DCM as much as a displacement of
+F / (m omega^2) (1 - e^(-omega h)) now would, across touchdowns too. So what a push MAY still do is
+added to the offset before the landing is decided; but never more than can be saved at all, since a
+decision for a hopeless case would be a bad one for all others. Own derivation.
+"""
+
+from __future__ import annotations
+
+import math
+
+from surefoot.compiling import njit
+from surefoot.models.leg import furthest, time_to
+
+GOLDEN = 0.6180339887498949
+"""Each round keeps this much of the bracket."""
+
+PARTS = 24
+"""Of the interval of landing times, before the best of them is refined; shorter ones first."""
+
+ROUNDS = 10
+"""Of the search for the time at which both axes land: 2e-3 of the interval, and flat there."""
+
+ROUNDS_ALONE = 6
+"""Of the search for the time at which one axis lands, from piece to piece."""
+
+MOMENT = 1e-6
+"""A time no longer matters not [s]."""
+
+
+@njit(forceinline=True)
+def reach(landing, situation, axis, time):
+    """Where the foot can land after a time, inside the step box, and how that changes with it.
+
+    Where the leg cannot be in the box in time, both ends are the nearest place that it can get to.
+
+    Returns:
+        Least and largest place [m]; velocity of each end, 0 at an end of the box [m/s].
+    """
+    foot, velocity = situation.foot[axis], situation.foot_velocity[axis]
+    speed, acceleration = landing.max_speed, landing.max_acceleration
+    low = foot - furthest(-velocity, time, speed, acceleration)
+    high = foot + furthest(velocity, time, speed, acceleration)
+    low_rate = high_rate = speed
+    if acceleration < math.inf:
+        low_rate = min(speed, acceleration * time - velocity)
+        high_rate = min(speed, acceleration * time + velocity)
+    low_end, high_end = landing.step_min[axis], landing.step_max[axis]
+    if low > high_end:
+        return low, low, -low_rate, -low_rate
+    if high < low_end:
+        return high, high, high_rate, high_rate
+    if low <= low_end:
+        low, low_rate = low_end, 0.0
+    if high >= high_end:
+        high, high_rate = high_end, 0.0
+    return low, high, -low_rate, high_rate
+
+
+@njit(forceinline=True)
+def worth_after(worth, landing, axis, row, place):
+    """Z after a landing, and its slope there: linear between nodes, and beyond the last ones."""
+    spacing = landing.spacing[axis]
+    part = (place - landing.step_min[axis]) / spacing
+    node = min(max(int(part), 0), worth.shape[2] - 2)
+    left = worth[axis, row, node]
+    slope = (worth[axis, row, node + 1] - left) / spacing
+    return left + slope * (place - landing.step_min[axis] - node * spacing), slope
+
+
+@njit
+def worth_of(landing, situation, axis, sign, time):
+    """The largest displacement along `sign` that a landing after a time can save, for c = 0.
+
+    Returns:
+        It [m], and how it grows with the time but for its decay [m/s].
+    """
+    low, high, low_rate, high_rate = reach(landing, situation, axis, time)
+    row, place, rate = (0, high, high_rate) if sign > 0.0 else (1, low, low_rate)
+    after, slope = worth_after(landing.worth, landing, axis, row, place)
+    shrink = math.exp(-landing.omega * time)
+    return shrink * (sign * place + after), shrink * (sign + slope) * rate
+
+
+@njit
+def best_worth(landing, situation, axis, sign, earliest, latest):
+    """The same for the best time of landing [m].
+
+    Once the foot is at the end of the box, waiting only costs. Before, the worth is linear in time
+    but for its decay, piece by piece, and largest where it is its growth over omega. Of a leg of
+    limited acceleration that holds at full speed only: there the best of some times is refined.
+    """
+    if landing.max_acceleration < math.inf:
+        return best_worth_sampled(landing, situation, axis, sign, earliest, latest)
+    end = landing.step_max[axis] if sign > 0.0 else landing.step_min[axis]
+    away = sign * (end - situation.foot[axis])
+    there = time_to(away, 0.0, landing.max_speed, math.inf)
+    best, _ = worth_of(landing, situation, axis, sign, latest)
+    time = last = min(max(there, earliest), latest)
+    for k in range(ROUNDS_ALONE):
+        # Just before the foot is there, for the growth it had.
+        before = max(time - MOMENT, earliest) if k == 0 else time
+        worth, growth = worth_of(landing, situation, axis, sign, before)
+        best = max(best, worth)
+        if growth <= 0.0:
+            break
+        time = min(max(before + 1.0 / landing.omega - worth / growth, earliest), last)
+        if abs(time - before) <= 2.0 * MOMENT:
+            break
+    return max(best, worth_of(landing, situation, axis, sign, time)[0])
+
+
+@njit
+def best_worth_sampled(landing, situation, axis, sign, earliest, latest):
+    """The same from samples, the best of them refined by golden section."""
+    best, place, length = -math.inf, 0, latest - earliest
+    for k in range(PARTS + 1):
+        time = earliest + length * (k / PARTS) ** 2
+        worth, _ = worth_of(landing, situation, axis, sign, time)
+        if worth > best:
+            best, place = worth, k
+    low = earliest + length * (max(place - 1, 0) / PARTS) ** 2
+    high = earliest + length * (min(place + 1, PARTS) / PARTS) ** 2
+    for _ in range(2 * ROUNDS):
+        left, right = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
+        at_left, _ = worth_of(landing, situation, axis, sign, left)
+        at_right, _ = worth_of(landing, situation, axis, sign, right)
+        best = max(best, at_left, at_right)
+        if at_left < at_right:
+            low = left
+        else:
+            high = right
+    return best
+
+
+@njit
+def margin(landing, situation, earliest, latest):
+    """The displacement of the DCM along an axis that can still be saved, in the worst case [m]."""
+    least = math.inf
+    for axis in range(2):
+        offset, reach_of_zmp = situation.offset[axis], landing.zmp_reach[axis]
+        for k in range(2):
+            sign = 1.0 - 2.0 * k
+            worth = best_worth(landing, situation, axis, sign, earliest, latest)
+            least = min(least, worth + reach_of_zmp - sign * offset)
+    return least
+
+
+@njit
+def share_at(landing, situation, push_x, push_y, time):
+    """The multiple of a displacement that both axes save, if they land after this time."""
+    least = math.inf
+    for axis in range(2):
+        push = push_x if axis == 0 else push_y
+        if push != 0.0:
+            sign = math.copysign(1.0, push)
+            worth, _ = worth_of(landing, situation, axis, sign, time)
+            room = worth + landing.zmp_reach[axis] - sign * situation.offset[axis]
+            least = min(least, room / abs(push))
+    return least
+
+
+@njit
+def saved_share(landing, situation, push_x, push_y, earliest, latest):
+    """How much of a displacement that is still to come can be saved: 0 to 1.
+
+    The axes land together, so the time of landing is sought that is best for the worse one.
+
+    Args:
+        landing: a `LANDING` record.
+        situation: a `SITUATION` record; reads offset and foot.
+        push_x, push_y: what the push may still do [m].
+        earliest, latest: least and largest time to the landing [s].
+    """
+    if push_x == 0.0 and push_y == 0.0:
+        return 1.0
+    best, place = -math.inf, 0
+    length = latest - earliest
+    for k in range(PARTS + 1):
+        time = earliest + length * (k / PARTS) ** 2
+        share = share_at(landing, situation, push_x, push_y, time)
+        if share >= 1.0:
+            return 1.0
+        if share > best:
+            best, place = share, k
+    low = earliest + length * (max(place - 1, 0) / PARTS) ** 2
+    high = earliest + length * (min(place + 1, PARTS) / PARTS) ** 2
+    left, right = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
+    at_left = share_at(landing, situation, push_x, push_y, left)
+    at_right = share_at(landing, situation, push_x, push_y, right)
+    for _ in range(ROUNDS):
+        best = max(best, at_left, at_right)
+        if best >= 1.0:
+            return 1.0
+        if at_left < at_right:
+            low, left, at_left = left, right, at_right
+            right = low + GOLDEN * (high - low)
+            at_right = share_at(landing, situation, push_x, push_y, right)
+        else:
+            high, right, at_right = right, left, at_left
+            left = high - GOLDEN * (high - low)
+            at_left = share_at(landing, situation, push_x, push_y, left)
+    return max(best, 0.0)

@@ -1,0 +1,276 @@
+"""Solve the problem of `planning.landing_problem`, exactly and in a bounded number of steps.
+
+For a given tau the axes are apart, and each is solved by `planning.landing_place`. What remains is
+a convex function of tau alone; the envelope theorem gives its derivative, in which an active reach
+of the leg counts with its multiplier, and a bracketing secant method finds the root. Nothing is
+allocated.
+
+With a leg of limited acceleration the reach is convex in time until full speed, where the problem
+is not quite convex: then the best of some parts of the interval comes first.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from functools import cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from surefoot.compiling import entry_point, njit
+from surefoot.models.leg import furthest
+from surefoot.models.record import new_array
+from surefoot.planning.anticipation import reach, worth_after
+from surefoot.planning.landing_place import best_place, excess, reserved, soft_error
+from surefoot.planning.landing_problem import DECISION, LANDING, SITUATION, Decision, Limit
+
+TAU_EVALUATIONS = 60
+"""At most; a dozen is usual."""
+
+PARTS = 16
+"""Of the interval of tau, among which the best is sought where the problem is not quite convex;
+shorter ones first, for a leg gets further the longer it has accelerated."""
+
+CLOSED = 1e-11
+"""Fraction of tau to which the bracket closes."""
+
+NEAR = 2e-3
+"""Fraction of tau by which a decision may move from one cycle to the next; most do so less."""
+
+LIMIT_TOLERANCE = 1e-3
+"""A leg that gets this little further is at its limit, and what is this little outside of what can
+be saved is not lost: soft limits give way as much [m]."""
+
+FLAT = 1e-10
+"""A derivative no larger than this is zero: the cost is strongly convex in tau with a3."""
+
+_STEP = (int(Limit.STEP_X), int(Limit.STEP_Y))
+_LEG = (int(Limit.LEG_X), int(Limit.LEG_Y))
+_SHORTEST, _LONGEST = int(Limit.SHORTEST), int(Limit.LONGEST)
+_RESERVE, _LOST = int(Limit.RESERVE), int(Limit.LOST)
+
+
+@njit
+def tau_slope(landing, situation, tau, decision):
+    """d(cost)/d(tau) with the best landings for this tau, which are written into the decision."""
+    omega = landing.omega
+    shrink = math.exp(-omega * situation.elapsed)
+    growth = tau * shrink
+    left = max(math.log(tau) / omega - situation.elapsed, 0.0)
+    total = landing.tau_weight * (tau - situation.tau_ref)
+    for axis in range(2):
+        low, high, low_rate, high_rate = reach(landing, situation, axis, left)
+        guess = decision.step[axis]
+        place, slope, end = best_place(landing, situation, axis, growth, low, high, guess)
+        decision.step[axis] = place
+        if end != 0:
+            rate = low_rate if end < 0 else high_rate
+            total += slope * rate / (omega * tau)
+        along, _ = worth_after(landing.concave_worth, landing, axis, 0, place)
+        against, _ = worth_after(landing.concave_worth, landing, axis, 1, place)
+        over, under = excess(landing, situation, axis, growth, place, along, against)
+        part = pressure(landing, situation, axis, growth, over, 1.0)
+        part += pressure(landing, situation, axis, growth, under, -1.0)
+        error = soft_error(landing, situation, axis, growth, place)
+        if error != 0.0:
+            gain = situation.offset[axis] - math.copysign(landing.gentle_zmp[axis], error)
+            part += landing.offset_weight[axis] * error * gain
+        total += shrink * part
+    return total
+
+
+@njit
+def pressure(landing, situation, axis, growth, value, sign):
+    """How what v of a side costs changes with the growth k."""
+    offset = sign * situation.anticipated[axis]
+    lost = landing.lost_weight * max(value, 0.0) * (offset - landing.zmp_reach[axis])
+    short = max(value + reserved(landing, axis, growth), 0.0)
+    return lost + landing.reserve_weight * short * (offset - landing.gentle_zmp[axis])
+
+
+@njit
+def cost_of(landing, situation, tau, decision):
+    """The cost of a tau and of the landings in the decision."""
+    growth = tau * math.exp(-landing.omega * situation.elapsed)
+    off = tau - situation.tau_ref
+    total = landing.tau_weight * off * off
+    for axis in range(2):
+        place = decision.step[axis]
+        moved = place - situation.step_ref[axis]
+        error = soft_error(landing, situation, axis, growth, place)
+        total += landing.step_weight[axis] * moved * moved
+        total += landing.offset_weight[axis] * error * error
+        along, _ = worth_after(landing.concave_worth, landing, axis, 0, place)
+        against, _ = worth_after(landing.concave_worth, landing, axis, 1, place)
+        for value in excess(landing, situation, axis, growth, place, along, against):
+            short = max(value + reserved(landing, axis, growth), 0.0)
+            lost = max(value, 0.0)
+            total += landing.lost_weight * lost * lost + landing.reserve_weight * short * short
+    return 0.5 * total
+
+
+@njit
+def best_part(landing, situation, low, high, decision):
+    """The part of an interval of tau, a few samples wide, that holds the least cost of them.
+
+    A leg of limited acceleration gets nowhere in the first moments, so that to land at once and to
+    land a little later can both be better than what lies between.
+    """
+    length = math.log(high / low)
+    best, place = math.inf, 0
+    for k in range(PARTS + 1):
+        tau = low * math.exp(length * (k / PARTS) ** 2)
+        tau_slope(landing, situation, tau, decision)
+        cost = cost_of(landing, situation, tau, decision)
+        if cost < best:
+            best, place = cost, k
+    decision.iterations += PARTS + 1
+    before, after = max(place - 1, 0), min(place + 1, PARTS)
+    return (
+        low * math.exp(length * (before / PARTS) ** 2),
+        low * math.exp(length * (after / PARTS) ** 2),
+    )
+
+
+@njit
+def narrow(landing, situation, low, at_low, high, at_high, guess, decision):
+    """A bracket of tau, made narrow around a guess if the root is close to it."""
+    if not low < guess < high:
+        return low, at_low, high, at_high
+    for k in range(2):
+        tau = guess
+        if k == 1:
+            tau *= 1.0 + NEAR if low == guess else 1.0 - NEAR
+            if not low < tau < high:
+                break
+        slope = tau_slope(landing, situation, tau, decision)
+        decision.iterations += 1
+        if slope < 0.0:
+            low, at_low = tau, slope
+        else:
+            high, at_high = tau, slope
+    return low, at_low, high, at_high
+
+
+@njit
+def decide_landing(landing, situation, guess, decision):
+    """Write step, tau, active limits and iterations of the decision.
+
+    Args:
+        landing: a `LANDING` record.
+        situation: a `SITUATION` record.
+        guess: of tau, such as the last one; it changes the way to the answer, not the answer.
+        decision: a `DECISION` record.
+    """
+    decision.step, decision.iterations = situation.step_ref, 1
+    low, high = situation.tau_min, max(situation.tau_max, situation.tau_min)
+    tau = min(max(situation.tau_ref, low), high)
+    slope = tau_slope(landing, situation, tau, decision)
+    if abs(slope) > FLAT and landing.max_acceleration < math.inf and high > low:
+        low, high = best_part(landing, situation, low, high, decision)
+        tau = min(max(tau, low), high)
+        slope = tau_slope(landing, situation, tau, decision)
+    if abs(slope) > FLAT:
+        at_low = at_high = slope
+        end = low if slope > 0.0 else high
+        at_end = tau_slope(landing, situation, end, decision) if end != tau else slope
+        decision.iterations += 1
+        if (at_end < 0.0) == (slope < 0.0):
+            tau = end
+        else:
+            low, at_low = (end, at_end) if slope > 0.0 else (tau, slope)
+            high, at_high = (tau, slope) if slope > 0.0 else (end, at_end)
+            low, at_low, high, at_high = narrow(
+                landing, situation, low, at_low, high, at_high, guess, decision
+            )
+            tau = root(landing, situation, low, at_low, high, at_high, decision)
+    decision.tau = tau
+    decision.active = active_limits(landing, situation, tau, decision)
+    if slope > FLAT and tau <= situation.tau_min:
+        decision.active |= _SHORTEST
+    if slope < -FLAT and tau >= situation.tau_max:
+        decision.active |= _LONGEST
+
+
+@njit
+def root(landing, situation, low, at_low, high, at_high, decision):
+    """The tau between two at which the slope is zero: inverse quadratic steps that never fail.
+
+    The method of Chandrupatla (1997); the decision holds the landings for the tau returned.
+    """
+    newest, at_newest, old, at_old = low, at_low, high, at_high
+    older, at_older = old, at_old
+    part = at_newest / (at_newest - at_old)
+    tau = newest
+    for _ in range(TAU_EVALUATIONS):
+        tau = newest + part * (old - newest)
+        at_tau = tau_slope(landing, situation, tau, decision)
+        decision.iterations += 1
+        if (at_tau < 0.0) == (at_newest < 0.0):
+            older, at_older = newest, at_newest
+        else:
+            older, at_older, old, at_old = old, at_old, newest, at_newest
+        newest, at_newest = tau, at_tau
+        width = abs(old - newest)
+        if abs(at_tau) <= FLAT or width <= CLOSED * tau:
+            break
+        xi = (newest - old) / (older - old)
+        phi = (at_newest - at_old) / (at_older - at_old)
+        part = 0.5
+        if phi * phi < xi and (1.0 - phi) * (1.0 - phi) < 1.0 - xi:
+            part = at_newest / (at_old - at_newest) * at_older / (at_old - at_older)
+            rise = at_newest / (at_older - at_newest) * at_old / (at_older - at_old)
+            part += (older - newest) / (old - newest) * rise
+        edge = 0.5 * CLOSED * tau / width
+        part = min(max(part, edge), 1.0 - edge)
+    return tau
+
+
+@njit
+def active_limits(landing, situation, tau, decision):
+    """The flags of the limits that hold a decision, but for those of the ZMP and of the time."""
+    active = 0
+    left = max(math.log(tau) / landing.omega - situation.elapsed, 0.0)
+    growth = tau * math.exp(-landing.omega * situation.elapsed)
+    speed, acceleration = landing.max_speed, landing.max_acceleration
+    for axis in range(2):
+        place = decision.step[axis]
+        if place <= landing.step_min[axis] or place >= landing.step_max[axis]:
+            active |= _STEP[axis]
+        away, velocity = place - situation.foot[axis], situation.foot_velocity[axis]
+        if (
+            away > furthest(velocity, left, speed, acceleration) - LIMIT_TOLERANCE
+            or -away > furthest(-velocity, left, speed, acceleration) - LIMIT_TOLERANCE
+        ):
+            active |= _LEG[axis]
+        along, _ = worth_after(landing.concave_worth, landing, axis, 0, place)
+        against, _ = worth_after(landing.concave_worth, landing, axis, 1, place)
+        for value in excess(landing, situation, axis, growth, place, along, against):
+            if value > -reserved(landing, axis, growth):
+                active |= _RESERVE
+            if value > LIMIT_TOLERANCE:
+                active |= _LOST
+    return active
+
+
+@njit
+def _solve(landing, situation, decision):
+    decide_landing(landing[0], situation[0], situation[0].tau_ref, decision[0])
+
+
+@cache
+def _compiled() -> Callable[..., None]:
+    return entry_point(_solve, LANDING, SITUATION, DECISION)
+
+
+def solve_landing(landing: NDArray[np.void], situation: NDArray[np.void]) -> Decision:
+    """The decision for one situation: step, tau, active limits; ZMP and margin are not its part.
+
+    Args:
+        landing: a `LANDING` record, shape (1,); see `landing_parameters`.
+        situation: a `SITUATION` record, shape (1,).
+    """
+    decision = new_array(DECISION)
+    _compiled()(landing, situation, decision)
+    return Decision.of(decision)

@@ -1,0 +1,228 @@
+"""The decision about ZMP, landing place and landing time together, as records.
+
+Per axis, relative to the support foot, y towards the swing foot: X the landing, tau = e^(omega T)
+for the landing time T, k = tau e^(-omega t) the growth of the DCM offset e until then, c how far
+the ZMP reaches. The problem is to find X and tau that minimise
+
+    1/2 a1 (X - X_ref)^2 + 1/2 a3 (tau - tau_ref)^2          stay with the gait,
+    + 1/2 a4 [|e k - d_ref - X| - c_g (k - 1) - delta]+^2     land where the DCM wants it, but for
+                                                              what the ZMP can take,
+    + 1/2 w_v [v]+^2                                          keep what comes after possible,
+    + 1/2 w_m [v + (c - c_g) (k - 1) + rho]+^2                and not only just,
+
+v = (e' - c) k - X - Z_along(X) and its mirror image -(e' + c) k + X - Z_against(X). There e' is the
+anticipated offset (`planning.anticipation`) and Z what later steps are worth
+(`models.viable_displacement`): v > 0 is a fall. c_g <= c is how far the ZMP moves gladly. X lies in
+the step box and within reach of the leg, tau between its bounds.
+
+Z is concave, ln tau is, the rest is linear: a convex problem in X and tau, in which the two axes
+share nothing but tau. Own formulation, in place of the quadratic program of [Khadiv2016].
+"""
+
+from __future__ import annotations
+
+import math
+from enum import IntFlag
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from surefoot.errors import ParameterError
+from surefoot.models.record import Record, new_array
+from surefoot.models.robot import Robot
+from surefoot.models.viable_displacement import NODES, viable_displacement
+
+LOST_WEIGHT = 1e6
+"""w_v, on half the squared distance beyond what can be saved [1/m^2]."""
+
+RESERVE_WEIGHT = 1e5
+"""w_m, on half the squared distance that the reserve rho is short of [1/m^2]."""
+
+LANDING = np.dtype(
+    [
+        ("omega", "f8"),
+        ("step_weight", "f8", (2,)),
+        ("tau_weight", "f8"),
+        ("offset_weight", "f8", (2,)),
+        ("lost_weight", "f8"),
+        ("reserve_weight", "f8"),
+        ("reserve", "f8", (2,)),
+        ("zmp_reach", "f8", (2,)),
+        ("gentle_zmp", "f8", (2,)),
+        ("gentle_offset", "f8", (2,)),
+        ("max_speed", "f8"),
+        ("max_acceleration", "f8"),
+        ("shortest", "f8"),
+        ("longest", "f8"),
+        ("step_min", "f8", (2,)),
+        ("step_max", "f8", (2,)),
+        ("spacing", "f8", (2,)),
+        ("worth", "f8", (2, 2, NODES)),
+        ("concave_worth", "f8", (2, 2, NODES)),
+    ],
+)
+"""What is the same in all decisions of a controller: omega; a1, a3, a4, w_v, w_m and rho; c, c_g
+and delta [m]; limits of the leg [m/s, m/s^2]; T_min and T_max [s]; the step box, and Z on it [m].
+`worth` is by axis, then Z for an offset along it or against it of the step that is decided, so that
+across, where the next step counts towards the other side, they have changed places.
+`concave_worth` is the least concave table above it: a slow leg bends Z up a little where its next
+step begins to take longer than T_min. The largest distance between both is part of rho: 4 mm at
+3 m/s, 15 mm at 2 m/s, for paper-biped along x."""
+
+SITUATION = np.dtype(
+    [
+        ("elapsed", "f8"),
+        ("offset", "f8", (2,)),
+        ("anticipated", "f8", (2,)),
+        ("foot", "f8", (2,)),
+        ("foot_velocity", "f8", (2,)),
+        ("step_ref", "f8", (2,)),
+        ("offset_ref", "f8", (2,)),
+        ("tau_ref", "f8"),
+        ("tau_min", "f8"),
+        ("tau_max", "f8"),
+    ],
+)
+"""What is different in each: t [s]; e, e', swing foot, X_ref, d_ref [m], velocity of the foot
+[m/s]; tau_ref and the bounds of tau, tau_min >= e^(omega t)."""
+
+DECISION = np.dtype(
+    [
+        ("step", "f8", (2,)),
+        ("tau", "f8"),
+        ("zmp", "f8", (2,)),
+        ("force", "f8", (2,)),
+        ("margin", "f8"),
+        ("share", "f8"),
+        ("active", "i8"),
+        ("iterations", "i8"),
+    ],
+)
+
+
+class Limit(IntFlag):
+    """Which limits shaped a decision; several can at once."""
+
+    NONE = 0
+    ZMP_X = 1
+    """The ZMP is at the edge of the foot, forward or backward."""
+    ZMP_Y = 2
+    """The ZMP is at the edge of the foot, to a side."""
+    STEP_X = 4
+    """The landing is at the end of the step box, forward or backward."""
+    STEP_Y = 8
+    """The landing is at the end of the step box, to a side."""
+    LEG_X = 16
+    """The landing is as far as the leg gets in time, forward or backward."""
+    LEG_Y = 32
+    """The landing is as far as the leg gets in time, to a side."""
+    SHORTEST = 64
+    """The step cannot end sooner."""
+    LONGEST = 128
+    """The step cannot last longer."""
+    RESERVE = 256
+    """What the push may still do, should it go on, leaves less than the reserve."""
+    LOST = 512
+    """Nothing that can be decided now would survive a push that goes on as anticipated."""
+
+
+class Decision(Record):
+    """What the unified controller decided in a cycle, and how close it was.
+
+    Attributes:
+        step: X, the landing relative to the support foot; y towards the swing foot [m].
+        tau: e^(omega T).
+        zmp: relative to the support foot, y as before [m].
+        force: F / (m omega^2), the push as observed, in the world [m].
+        margin: displacement of the DCM that could still be saved, all at once and in the worst
+            direction along the axes; negative if it is too late [m].
+        share: how much of the push that is anticipated can still be saved, at most 1.
+        active: the limits that shaped it, a `Limit`.
+        iterations: how often the problem was evaluated.
+    """
+
+    __slots__ = ()
+    DTYPE = DECISION
+    step: NDArray[np.float64]
+    tau: float
+    zmp: NDArray[np.float64]
+    force: NDArray[np.float64]
+    margin: float
+    share: float
+    iterations: int
+
+    @property
+    def active(self) -> Limit:
+        """The limits that shaped the decision."""
+        return Limit(int(self.array["active"][0]))
+
+
+def landing_parameters(
+    robot: Robot,
+    zmp_reach: ArrayLike,
+    gentle_zmp: ArrayLike,
+    gentle_offset: ArrayLike,
+    *,
+    step_weight: tuple[float, float] = (1.0, 1.0),
+    tau_weight: float = 1.0,
+    offset_weight: tuple[float, float] = (1000.0, 1000.0),
+    reserve: float = 0.02,
+    room: float = math.inf,
+) -> NDArray[np.void]:
+    """The `LANDING` record of a robot, shape (1,).
+
+    Args:
+        robot: whose limits hold.
+        zmp_reach: c (x, y) [m].
+        gentle_zmp: c_g, of which the ZMP makes use before the landing moves (x, y) [m].
+        gentle_offset: delta, what may be left to the next step (x, y) [m].
+        step_weight, tau_weight, offset_weight: a1, a3, a4 [1/m^2, -, 1/m^2].
+        reserve: rho, to which is added how far Z is from its concave hull [m].
+        room: how far the gait itself is from what cannot be saved; rho is half of it at most [m].
+
+    Raises:
+        RobotError: the leg cannot step at all; see `viable_displacement`.
+        ParameterError: the gait has no room.
+    """
+    parameters = new_array(LANDING)
+    record, tables = parameters[0], viable_displacement(robot)
+    record["omega"] = robot.omega
+    record["step_weight"], record["tau_weight"] = step_weight, tau_weight
+    record["offset_weight"] = offset_weight
+    record["lost_weight"], record["reserve_weight"] = LOST_WEIGHT, RESERVE_WEIGHT
+    record["zmp_reach"] = zmp_reach
+    record["gentle_zmp"], record["gentle_offset"] = gentle_zmp, gentle_offset
+    record["max_speed"] = robot.swing.max_speed
+    record["max_acceleration"] = robot.swing.max_acceleration
+    record["shortest"], record["longest"] = robot.gait.step_duration
+    record["step_min"], record["spacing"] = tables.low, tables.spacing
+    record["step_max"] = np.add(tables.low, np.multiply(tables.spacing, NODES - 1))
+    record["worth"][0] = tables.values[0]
+    record["worth"][1] = tables.values[1, ::-1]
+    for axis in range(2):
+        for row in range(2):
+            record["concave_worth"][axis, row] = concave_hull(record["worth"][axis, row])
+        above = np.max(record["concave_worth"][axis] - record["worth"][axis])
+        record["reserve"][axis] = above + min(reserve, 0.5 * (room - above))
+        if room <= above:
+            raise ParameterError(
+                "a gait whose steps this leg can follow by others for ever",
+                f"one that is {above - room:.3g} m beyond that",
+                "walk more slowly, or give the leg its true speed and acceleration",
+            )
+    return parameters
+
+
+def concave_hull(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The least concave function on even nodes that is nowhere below these values."""
+    corners: list[int] = []
+    for node, value in enumerate(values):
+        while len(corners) > 1:
+            first, last = corners[-2], corners[-1]
+            if (values[last] - values[first]) * (node - last) > (value - values[last]) * (
+                last - first
+            ):
+                break
+            corners.pop()
+        corners.append(node)
+    return np.interp(np.arange(len(values)), corners, values[corners])

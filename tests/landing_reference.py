@@ -1,0 +1,210 @@
+"""The landing problem by a general solver: sequential quadratic programs, and situations for it.
+
+Everything but the leg's reach is a quadratic program once each |.|+ has a variable of its own and
+the pieces of Z are rows; ln(tau) enters by its tangent at the last answer, and by its curvature.
+Nothing here knows how the package solves it.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+import quadprog
+
+from surefoot.models.record import new_array
+from surefoot.models.robot import Robot
+from surefoot.planning.landing_problem import LANDING, SITUATION, landing_parameters
+
+SETTLED = 1e-10
+"""The tangent is the right one when the answer moves no further [m]."""
+
+ROUNDS = 60
+BIG = 1e30
+# Variables: X_x, X_y, tau, then for each axis the error, and both sides' lost and short.
+X, TAU, ERROR, LOST, SHORT = (0, 1), 2, (3, 8), ((4, 5), (9, 10)), ((6, 7), (11, 12))
+SIZE = 13
+
+
+@dataclass
+class Program:
+    """Rows A x <= high of a quadratic program with a diagonal Hessian."""
+
+    rows: list[np.ndarray] = field(default_factory=list)
+    high: list[float] = field(default_factory=list)
+
+    def at_most(self, coefficients: dict[int, float], bound: float) -> None:
+        row = np.zeros(SIZE)
+        for index, value in coefficients.items():
+            row[index] += value
+        self.rows.append(row)
+        self.high.append(bound)
+
+
+def solve(parameters: np.ndarray, situation: np.ndarray) -> tuple[np.ndarray, float]:
+    """The landing and tau of least cost."""
+    p, s = parameters[0], situation[0]
+    omega, shrink = float(p["omega"]), math.exp(-float(p["omega"]) * float(s["elapsed"]))
+    weight = np.zeros(SIZE)
+    center = np.zeros(SIZE)
+    weight[TAU], center[TAU] = p["tau_weight"], s["tau_ref"]
+    program = Program()
+    bounds_low, bounds_high = np.full(SIZE, -BIG), np.full(SIZE, BIG)
+    bounds_low[TAU], bounds_high[TAU] = s["tau_min"], s["tau_max"]
+    for i in range(2):
+        weight[X[i]], center[X[i]] = p["step_weight"][i], s["step_ref"][i]
+        weight[ERROR[i]] = p["offset_weight"][i]
+        bounds_low[X[i]], bounds_high[X[i]] = p["step_min"][i], p["step_max"][i]
+        bounds_low[ERROR[i]] = 0.0
+        gentle, left = p["gentle_zmp"][i], p["gentle_offset"][i]
+        for sign in (1.0, -1.0):
+            # sign (e k - d - X) - c_g (k - 1) - delta <= error
+            program.at_most(
+                {TAU: (sign * s["offset"][i] - gentle) * shrink, X[i]: -sign, ERROR[i]: -1.0},
+                sign * s["offset_ref"][i] - gentle + left,
+            )
+        for k in range(2):
+            weight[LOST[i][k]], weight[SHORT[i][k]] = p["lost_weight"], p["reserve_weight"]
+            bounds_low[LOST[i][k]] = bounds_low[SHORT[i][k]] = 0.0
+    place, tau = np.array(s["step_ref"], float), float(np.clip(s["tau_ref"], *bounds(s)))
+    pieces: set[tuple[int, int, int]] = set()
+    curvature = 0.0
+    for _ in range(ROUNDS):
+        pieces |= {piece for i in range(2) for piece in pieces_near(p, i, place[i])}
+        together = Program(list(program.rows), list(program.high))
+        for piece in sorted(pieces):
+            tangent_of_worth(together, p, s, shrink, *piece)
+        tangents = len(together.rows)
+        for i in range(2):
+            tangent_of_reach(together, p, s, omega, i, tau)
+        # Newton's method on the Lagrangian: a reach that binds bends with its multiplier.
+        heavier, shifted = weight.copy(), center.copy()
+        heavier[TAU] += curvature
+        shifted[TAU] = (weight[TAU] * center[TAU] + curvature * tau) / heavier[TAU]
+        answer, multipliers = quadratic_program(together, heavier, shifted, bounds_low, bounds_high)
+        moved = max(*np.abs(answer[:2] - place), abs(answer[TAU] - tau))
+        place, tau = answer[:2], float(answer[TAU])
+        if moved < SETTLED:
+            return place, tau
+        if math.isfinite(p["max_speed"]):
+            bend = float(p["max_speed"]) / (omega * tau * tau)
+            curvature = bend * float(np.sum(multipliers[tangents:]))
+    raise AssertionError("the quadratic programs did not converge")
+
+
+def bounds(s: np.void) -> tuple[float, float]:
+    return float(s["tau_min"]), float(s["tau_max"])
+
+
+def tangent_of_reach(program, p, s, omega, axis, tau):
+    """|X - foot| <= V (ln(tau) / omega - t), by the tangent at a tau."""
+    speed = float(p["max_speed"])
+    if not math.isfinite(speed):
+        return
+    slope, level = speed / (omega * tau), speed * (math.log(tau) / omega - float(s["elapsed"]))
+    foot = float(s["foot"][axis])
+    program.at_most({X[axis]: 1.0, TAU: -slope}, foot + level - slope * tau)
+    program.at_most({X[axis]: -1.0, TAU: -slope}, -foot + level - slope * tau)
+
+
+def pieces_near(p, axis, place):
+    """The pieces of Z around a place, for both sides."""
+    last = p["concave_worth"].shape[2] - 2
+    cell = int((place - p["step_min"][axis]) / p["spacing"][axis])
+    for node in (cell - 1, cell, cell + 1):
+        for k in range(2):
+            yield axis, k, min(max(node, 0), last)
+
+
+def tangent_of_worth(program, p, s, shrink, axis, k, node):
+    """v of one side with one piece of Z, as a lower bound on both of its variables."""
+    spacing, start = float(p["spacing"][axis]), float(p["step_min"][axis])
+    table = p["concave_worth"][axis, k]
+    sign = 1.0 - 2.0 * k
+    reach, gentle = float(p["zmp_reach"][axis]), float(p["gentle_zmp"][axis])
+    slope = (table[node + 1] - table[node]) / spacing
+    level = table[node] - slope * (start + node * spacing)
+    # v = (sign e' - c) k - sign X - (level + slope X)
+    tau = (sign * float(s["anticipated"][axis]) - reach) * shrink
+    program.at_most({TAU: tau, X[axis]: -sign - slope, LOST[axis][k]: -1.0}, level)
+    spare = reach - gentle
+    program.at_most(
+        {TAU: tau + spare * shrink, X[axis]: -sign - slope, SHORT[axis][k]: -1.0},
+        level - float(p["reserve"][axis]) + spare,
+    )
+
+
+def quadratic_program(program, weight, center, low, high):
+    """By the dual method of Goldfarb and Idnani, in variables scaled to unit weight.
+
+    Returns the answer and the multipliers of the program's rows.
+    """
+    scale = 1.0 / np.sqrt(weight)
+    bounded = [(k, low[k], -1.0) for k in range(SIZE) if low[k] > -BIG]
+    bounded += [(k, high[k], 1.0) for k in range(SIZE) if high[k] < BIG]
+    rows = np.zeros((len(bounded), SIZE))
+    for row, (index, _, sign) in zip(rows, bounded, strict=True):
+        row[index] = sign
+    rows = np.vstack([rows, program.rows]) * scale
+    limits = np.array([sign * bound for _, bound, sign in bounded] + program.high)
+    norms = np.linalg.norm(rows, axis=1)
+    found = quadprog.solve_qp(
+        np.eye(SIZE), center / scale, -(rows / norms[:, None]).T, -limits / norms
+    )
+    return found[0] * scale, (found[4] / norms)[len(bounded) :]
+
+
+def cost(parameters: np.ndarray, situation: np.ndarray, place: np.ndarray, tau: float) -> float:
+    """The cost as it is written in `planning.landing_problem`."""
+    p, s = parameters[0], situation[0]
+    k = tau * math.exp(-float(p["omega"]) * float(s["elapsed"]))
+    total = 0.5 * p["tau_weight"] * (tau - s["tau_ref"]) ** 2
+    for i in range(2):
+        nodes = p["step_min"][i] + p["spacing"][i] * np.arange(p["concave_worth"].shape[2])
+        error = abs(s["offset"][i] * k - s["offset_ref"][i] - place[i])
+        error -= p["gentle_zmp"][i] * (k - 1.0) + p["gentle_offset"][i]
+        total += 0.5 * p["step_weight"][i] * (place[i] - s["step_ref"][i]) ** 2
+        total += 0.5 * p["offset_weight"][i] * max(error, 0.0) ** 2
+        for row, sign in enumerate((1.0, -1.0)):
+            worth = np.interp(place[i], nodes, p["concave_worth"][i, row])
+            v = (sign * s["anticipated"][i] - p["zmp_reach"][i]) * k - sign * place[i] - worth
+            spare = (p["zmp_reach"][i] - p["gentle_zmp"][i]) * (k - 1.0)
+            total += 0.5 * p["lost_weight"] * max(v, 0.0) ** 2
+            total += 0.5 * p["reserve_weight"] * max(v + spare + p["reserve"][i], 0.0) ** 2
+    return float(total)
+
+
+def random_parameters(robot: Robot, rng: np.random.Generator) -> np.ndarray:
+    """The parameters of a robot, with an ankle or without."""
+    ankle = rng.random() < 0.6
+    reach = np.array(robot.foot.half) if ankle else np.zeros(2)
+    gentle = np.minimum(reach, 0.045)
+    left = np.minimum(0.024, 0.8 * reach)
+    return landing_parameters(robot, tuple(reach), tuple(gentle), tuple(left))
+
+
+def random_situation(parameters: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """A situation from quiet to hopeless, in which the leg can be in the step box."""
+    p = parameters[0]
+    situation = new_array(SITUATION)
+    s = situation[0]
+    omega = float(p["omega"])
+    elapsed = float(rng.uniform(0.0, 0.7))
+    s["elapsed"] = elapsed
+    soonest = max(float(p["shortest"]), elapsed + float(rng.choice([0.0, 0.01, 0.05])))
+    s["tau_min"] = math.exp(omega * soonest)
+    s["tau_max"] = math.exp(omega * max(float(p["longest"]), soonest))
+    s["tau_ref"] = math.exp(omega * rng.uniform(0.3, 0.7))
+    low, high = np.array(p["step_min"]), np.array(p["step_max"])
+    s["foot"] = rng.uniform(low, high)
+    s["step_ref"] = rng.uniform(low, high)
+    s["offset_ref"] = rng.uniform((-0.1, -0.1), (0.1, 0.05))
+    size = float(rng.choice([0.0, 0.02, 0.2, 0.5]))
+    s["offset"] = (s["step_ref"] + s["offset_ref"]) / s["tau_ref"] * math.exp(omega * elapsed)
+    s["offset"] += size * rng.standard_normal(2)
+    s["anticipated"] = s["offset"] + rng.choice([0.0, 0.1, 0.4]) * rng.standard_normal(2)
+    return situation
+
+
+__all__ = ["LANDING", "cost", "random_parameters", "random_situation", "solve"]

@@ -1,0 +1,44 @@
+"""The landing problem is solved exactly, whatever the situation; and what its flags say is true."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from msgspec import structs
+
+import landing_reference as reference
+import surefoot as sf
+from surefoot.planning.landing import TAU_EVALUATIONS, solve_landing
+
+ROBOT = sf.load_robot("paper-biped")
+LEGS = (2.0, 3.0, 6.0, math.inf)
+STATES = 20_000
+AGREEMENT = 1e-7
+
+
+def with_leg(speed: float) -> sf.Robot:
+    return ROBOT.replace(swing=structs.replace(ROBOT.swing, max_speed=speed))
+
+
+@pytest.mark.parametrize("speed", LEGS)
+def test_it_agrees_with_a_general_solver(speed: float) -> None:
+    """20,000 states over four legs, to 1e-7 in landing and tau."""
+    rng = np.random.default_rng(int(10 * min(speed, 10.0)))
+    worst, active = 0.0, 0
+    for _ in range(STATES // len(LEGS) // 100):
+        parameters = reference.random_parameters(with_leg(speed), rng)
+        for _ in range(100):
+            situation = reference.random_situation(parameters, rng)
+            mine = solve_landing(parameters, situation)
+            place, tau = reference.solve(parameters, situation)
+            worst = max(worst, *np.abs(mine.step - place), abs(mine.tau - tau))
+            active |= int(mine.active)
+            assert mine.iterations <= TAU_EVALUATIONS + 2
+    assert worst < AGREEMENT
+    seen = sf.Limit(active)
+    assert sf.Limit.STEP_X in seen
+    assert sf.Limit.SHORTEST in seen
+    assert sf.Limit.LOST in seen
+    assert (sf.Limit.LEG_Y in seen) == math.isfinite(speed)

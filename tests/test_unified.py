@@ -1,0 +1,321 @@
+"""The unified controller: up to the limit, gentle below it, and what it says of itself is true."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import surefoot as sf
+from surefoot.control.push_observer import SMOOTHINGS
+from surefoot.models.viable_displacement import viable_displacement
+from surefoot.simulation.batch import simulate_batch
+
+ROBOT = sf.load_robot("paper-biped").replace(mass=70.0)
+PUSHED_STEP = 2
+
+Case = tuple[float, float, bool, float, float, float, float]
+
+CASES: list[Case] = [
+    # leg speed, hip, ankle, duration, phase, direction [deg], v_x
+    (3.0, 0.2, True, 0.2, 0.0, 0.0, 0.5),
+    (3.0, 0.2, True, 0.2, 0.25, 90.0, 0.5),
+    (3.0, 0.2, True, 0.5, 0.75, 270.0, 0.5),
+    (3.0, 0.2, False, 0.2, 0.5, 180.0, 0.5),
+    (3.0, 0.1, True, 0.005, 0.875, 315.0, 0.5),
+    (2.0, 0.2, True, 0.5, 0.25, 0.0, 0.5),
+    (2.0, 0.1, False, 0.05, 0.875, 45.0, 0.5),
+    (2.0, 0.2, False, 0.05, 0.5, 135.0, -0.3),
+    (4.0, 0.2, True, 0.3, 0.375, 225.0, 0.8),
+    (4.0, 0.1, False, 0.1, 0.625, 90.0, 0.0),
+    (6.0, 0.1, True, 0.1, 0.375, 45.0, 0.8),
+    (6.0, 0.2, True, 0.3, 0.125, 180.0, -0.3),
+]
+"""Of the matrix of all combinations; docs/unified.md has a larger sample of it."""
+
+ACCELERATIONS = [
+    # leg speed, its acceleration, hip, ankle, duration, phase, direction [deg], v_x, share
+    (3.0, 60.0, 0.2, True, 0.2, 0.25, 0.0, 0.5, 0.97),
+    (3.0, 30.0, 0.2, True, 0.2, 0.5, 180.0, 0.5, 0.94),
+    (3.0, 120.0, 0.1, True, 0.3, 0.75, 90.0, 0.0, 0.97),
+    (4.0, 60.0, 0.2, True, 0.1, 0.125, 270.0, 0.5, 0.97),
+]
+"""In the second the foot flies the wrong way: best would be to land in the cycle of the push."""
+
+
+def survivals(controller, limit, direction, start, duration, shares) -> np.ndarray:
+    """Whether it is settled again after a push of each share of the limit."""
+    pushes = []
+    for share in shares:
+        force = share * limit / duration
+        pushes.append([sf.Push(start, duration, (direction[0] * force, direction[1] * force))])
+    return simulate_batch(controller, pushes, start + duration + 8.0)["settled"]
+
+
+def settles(
+    speed, acceleration, hip, ankle, duration, phase, angle, v_x, shares
+) -> tuple[np.ndarray, float]:
+    robot = ROBOT.replace(hip=hip).with_leg(max_speed=speed, max_acceleration=acceleration)
+    controller = sf.UnifiedController(robot, (v_x, 0.0), ankle=ankle)
+    step = controller.gait.step_duration
+    radians = math.radians(angle)
+    direction = (round(math.cos(radians), 12), round(math.sin(radians), 12))
+    limit = sf.push_limit(
+        robot,
+        direction,
+        velocity=(v_x, 0.0),
+        elapsed=phase * step,
+        duration=duration,
+        zmp_reach=robot.foot.half if ankle else (0.0, 0.0),
+    ).impulse
+    start = (PUSHED_STEP + phase) * step
+    return survivals(controller, limit, direction, start, duration, shares), limit
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_it_survives_98_percent_of_the_limit(case: Case) -> None:
+    """And every smaller push of a scan in steps of 2 %: no holes. Nobody survives 102 %."""
+    speed, *rest = case
+    shares = [*np.arange(0.0, 0.98, 0.02), 0.98, 1.02]
+    settled, _ = settles(speed, math.inf, *rest, shares)
+    assert settled[:-1].all(), np.array(shares)[~settled]
+    assert not settled[-1]
+
+
+@pytest.mark.parametrize("case", ACCELERATIONS)
+def test_it_knows_that_a_leg_has_to_accelerate(case) -> None:
+    *situation, share = case
+    shares = [*np.arange(0.0, share, 0.03), share, 1.03]
+    settled, _ = settles(*situation, shares)
+    assert settled[:-1].all(), np.array(shares)[~settled]
+    assert not settled[-1]
+
+
+def test_a_leg_of_very_large_acceleration_is_one_without_that_limit() -> None:
+    push = sf.Push(1.1, 0.2, (350.0, 80.0))
+    free, fast = (
+        sf.simulate(
+            sf.UnifiedController(ROBOT.with_leg(max_speed=3.0, max_acceleration=limit), (0.5, 0.0)),
+            4.0,
+            [push],
+        )
+        for limit in (math.inf, 1e7)
+    )
+    for one, other in zip(free.footsteps, fast.footsteps, strict=True):
+        assert one.step == pytest.approx(other.step, abs=2e-3)
+        assert one.duration == pytest.approx(other.duration, abs=2e-3)
+
+
+def walk(controller: sf.UnifiedController, cycles: int, pushes=()):
+    """Observations, decisions and commands of a closed loop."""
+    simulator = sf.LipmSimulator(controller.robot, controller.period, pushes)
+    observation = controller.first_observation()
+    world, state = simulator.start(observation), controller.start(observation)
+    for _ in range(cycles):
+        command, state = controller.step(state, observation)
+        yield observation, controller.decision(state), command, state
+        observation, world = simulator.step(world, command)
+
+
+@pytest.fixture(scope="module")
+def slow_leg() -> sf.Robot:
+    return ROBOT.with_leg(max_speed=3.0)
+
+
+@pytest.mark.parametrize("ankle", [True, False])
+def test_undisturbed_no_limit_is_active(slow_leg: sf.Robot, ankle: bool) -> None:
+    controller = sf.UnifiedController(slow_leg, (0.5, 0.0), ankle=ankle)
+    for _, decision, command, _ in walk(controller, 1500):
+        assert decision.active is sf.Limit.NONE
+        assert decision.share == 1.0
+        assert decision.iterations == 1
+        assert decision.force.tolist() == [0.0, 0.0]
+        assert command.mode is sf.Mode.TRACKING
+
+
+@pytest.mark.parametrize(
+    ("ankle", "acceleration"), [(True, math.inf), (False, math.inf), (True, 30.0), (False, 120.0)]
+)
+def test_the_margin_is_that_of_the_tables(slow_leg: sf.Robot, ankle: bool, acceleration) -> None:
+    """The least room to a bound of the viable set, from the same tables by another search."""
+    slow_leg = slow_leg.with_leg(max_acceleration=acceleration)
+    controller = sf.UnifiedController(slow_leg, (0.5, 0.0), ankle=ankle)
+    tables, half = viable_displacement(slow_leg), slow_leg.foot.half if ankle else (0.0, 0.0)
+    pushes = [sf.Push(0.6, 0.2, (250.0, -60.0))]
+    for observation, decision, command, _ in walk(controller, 1400, pushes):
+        # The last moments of a step are committed to it, which the tables do not know.
+        if observation.elapsed > command.step_duration - 0.02 or observation.elapsed > 0.19:
+            continue
+        rooms = []
+        for axis in range(2):
+            side = int(observation.support_side) if axis == 1 else 1
+            foot = side * (observation.swing_foot[axis] - observation.support_foot[axis])
+            offset = side * (observation.dcm[axis] - observation.support_foot[axis])
+            speed = float(side * observation.swing_foot_velocity[axis])
+            for sign in (1, -1):
+                worth = tables.in_step(axis, sign, float(foot), observation.elapsed, speed)
+                rooms.append(worth + half[axis] - sign * offset)
+        assert decision.margin == pytest.approx(min(rooms), abs=1e-5)
+
+
+def test_the_margin_falls_with_a_push_and_comes_back(slow_leg: sf.Robot) -> None:
+    controller = sf.UnifiedController(slow_leg, (0.5, 0.0))
+    margins = np.array(
+        [d.margin for _, d, _, _ in walk(controller, 6000, [sf.Push(1.0, 0.2, (550.0, 0.0))])]
+    )
+    quiet, hit = margins[400:1000].min(), margins[1000:1500].min()
+    assert 0.0 < hit < 0.3 * quiet
+    assert margins[-1000:].min() == pytest.approx(quiet, abs=1e-3)
+
+
+def test_a_push_beyond_the_limit_is_called_lost_before_the_fall(slow_leg: sf.Robot) -> None:
+    controller = sf.UnifiedController(slow_leg, (0.5, 0.0))
+    cycles = list(walk(controller, 1300, [sf.Push(1.0, 0.2, (750.0, 0.0))]))
+    lost = next(i for i, (_, decision, _, _) in enumerate(cycles) if decision.margin < 0.0)
+    observation, decision, _, _ = cycles[lost]
+    assert observation.time < 1.25
+    assert np.hypot(*(observation.dcm - observation.support_foot)) < 0.8
+    assert sf.Limit.RESERVE in decision.active
+    later = [d.active for _, d, _, _ in cycles[lost:]]
+    assert any(sf.Limit.LOST in active for active in later)
+    assert any(sf.Limit.ZMP_X in active for active in later)
+
+
+@pytest.mark.parametrize("force", [(60.0, 0.0), (-200.0, 35.0)])
+def test_a_push_is_seen_in_the_cycle_after_it_begins(slow_leg: sf.Robot, force) -> None:
+    controller = sf.UnifiedController(slow_leg, (0.5, 0.0))
+    expected = np.array(force) / (slow_leg.mass * slow_leg.omega**2)
+    for observation, decision, _, _ in walk(controller, 1000, [sf.Push(0.7, 0.1, force)]):
+        if 0.7015 < observation.time < 0.7995:
+            assert decision.force == pytest.approx(expected, abs=1e-9)
+        elif observation.time < 0.7005:
+            assert decision.force == pytest.approx((0.0, 0.0), abs=1e-9)
+        elif observation.time > 0.8 + 10.0 * SMOOTHINGS[1]:
+            assert decision.force == pytest.approx((0.0, 0.0), abs=1e-4 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize("noise", [0.001, 0.005])
+def test_noise_alone_moves_no_landing(slow_leg: sf.Robot, noise: float) -> None:
+    """300 times the noise of the DCM is in the push of one cycle; the observer knows it for what
+    it is."""
+    controller = sf.UnifiedController(slow_leg, (0.5, 0.0))
+    rollout = sf.simulate(controller, 5.0, disturbance=sf.Disturbance(dcm_noise=noise))
+    assert not rollout.fallen
+    for step in rollout.footsteps:
+        assert step.duration == pytest.approx(controller.gait.step_duration, abs=2e-3)
+        assert step.step == pytest.approx(controller.gait.step(step.side), abs=4.0 * noise)
+
+
+@pytest.mark.parametrize(
+    ("disturbance", "share"),
+    [
+        (sf.Disturbance(dcm_noise=0.001), 0.95),
+        (sf.Disturbance(dcm_noise=0.005), 0.9),
+        (sf.Disturbance(delay=0.005), 0.92),
+        (sf.Disturbance(landing_error=0.01), 0.9),
+    ],
+)
+def test_what_noise_and_delay_leave_of_the_limit(slow_leg: sf.Robot, disturbance, share) -> None:
+    controller = sf.UnifiedController(slow_leg, (0.5, 0.0))
+    for direction in ((1.0, 0.0), (0.0, 1.0)):
+        limit = sf.push_limit(
+            slow_leg, direction, elapsed=0.1, duration=0.2, zmp_reach=slow_leg.foot.half
+        ).impulse
+        force = share * limit / 0.2
+        push = sf.Push(1.1, 0.2, (force * direction[0], force * direction[1]))
+        rollout = sf.simulate(controller, 6.0, [push], disturbance=disturbance)
+        assert not rollout.fallen
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"horizon": -1.0}, r"`horizon` of at least 0 \[s\]"),
+        ({"reserve": math.nan}, r"`reserve` of at least 0 \[m\]"),
+        ({"comfort": -0.1}, r"`comfort` of at least 0 \[m\]"),
+        ({"commitment": math.inf}, r"`commitment` of at least 0 \[s\] and finite"),
+        ({"tau_weight": 0.0}, r"`tau_weight` above 0 \[-\]"),
+        ({"step_weight": (1.0,)}, r"`step_weight` as a pair"),
+        ({"offset_weight": (1.0, -1.0)}, "`offset_weight` of at least 0"),
+        ({"dcm_gain": 0.0}, "`dcm_gain` above 0"),
+    ],
+)
+def test_parameters_that_make_no_sense(arguments, message: str) -> None:
+    with pytest.raises(sf.ParameterError, match=message):
+        sf.UnifiedController(ROBOT, (0.5, 0.0), **arguments)
+
+
+@pytest.mark.parametrize(
+    ("speed", "acceleration", "velocity"),
+    [(0.9, math.inf, 0.5), (1.3, math.inf, 0.8), (3.0, 2.0, 0.5), (1.3, math.inf, 1.5)],
+)
+def test_a_leg_that_is_late_in_every_step_is_refused(speed, acceleration, velocity) -> None:
+    robot = ROBOT.with_leg(max_speed=speed, max_acceleration=acceleration)
+    with pytest.raises(sf.VelocityError, match=r"a leg that swings in the .* s of a step"):
+        sf.UnifiedController(robot, (velocity, 0.0))
+
+
+@pytest.mark.parametrize(("speed", "velocity"), [(1.3, 0.5), (1.7, 0.8), (2.0, 0.8)])
+def test_a_slow_leg_that_is_accepted_walks(speed: float, velocity: float) -> None:
+    controller = sf.UnifiedController(ROBOT.with_leg(max_speed=speed), (velocity, 0.0))
+    assert not sf.simulate(controller, 6.0).fallen
+
+
+def test_what_pushed_before_a_gap_is_forgotten(slow_leg: sf.Robot) -> None:
+    controller = sf.UnifiedController(slow_leg, (0.5, 0.0))
+    simulator = sf.LipmSimulator(slow_leg, 0.001, [sf.Push(0.55, 0.15, (250.0, 0.0))])
+    observation = controller.first_observation()
+    world, state = simulator.start(observation), controller.start(observation)
+    for cycle in range(900):
+        lost = 650 <= cycle < 800
+        seen = observation.replace(dcm=(math.nan, 0.0)) if lost else observation
+        command, state = controller.step(state, seen)
+        if cycle == 600:
+            assert controller.decision(state).force[0] > 0.2
+        if cycle > 800:
+            assert controller.decision(state).force == pytest.approx((0.0, 0.0), abs=1e-9)
+        observation, world = simulator.step(world, command)
+
+
+def test_one_bad_sample_ends_no_step(slow_leg: sf.Robot) -> None:
+    """However long the control period is."""
+    for period in (0.001, 0.005):
+        controller = sf.UnifiedController(slow_leg, (0.5, 0.0), period=period)
+        simulator = sf.LipmSimulator(slow_leg, period)
+        observation = controller.first_observation()
+        world, state = simulator.start(observation), controller.start(observation)
+        for cycle in range(round(0.45 / period)):
+            bad = cycle == round(0.4 / period)
+            seen = observation.replace(dcm=observation.dcm + 0.05) if bad else observation
+            command, state = controller.step(state, seen)
+            observation, world = simulator.step(world, command)
+        assert observation.support_side is sf.Side.RIGHT
+
+
+def test_wild_observations_get_finite_commands(slow_leg: sf.Robot) -> None:
+    rng = np.random.default_rng(7)
+    controller = sf.UnifiedController(slow_leg.with_leg(max_acceleration=60.0), (0.5, 0.0))
+    begin = controller.first_observation()
+    state = controller.start(begin)
+    for _ in range(5000):
+        scale = 10.0 ** rng.uniform(-3.0, 3.0)
+        observation = begin.replace(
+            time=float(rng.uniform(-1.0, 1.0) * scale),
+            elapsed=float(rng.uniform(-1.0, 1.0) * scale),
+            dcm=scale * rng.standard_normal(2),
+            swing_foot=scale * rng.standard_normal(3),
+            swing_foot_velocity=scale * rng.standard_normal(3),
+            support_yaw=float(rng.uniform(-3.0, 3.0)),
+        )
+        command, state = controller.step(state, observation)
+        for name in command.DTYPE.names or ():
+            assert np.isfinite(command.array[name]).all(), name
+
+
+def test_a_batch_of_one_is_the_walk(slow_leg: sf.Robot) -> None:
+    controller = sf.UnifiedController(slow_leg, (0.5, 0.0))
+    push = sf.Push(1.1, 0.2, (400.0, 120.0))
+    rollout = sf.simulate(controller, 3.0, [push])
+    one = simulate_batch(controller, [[push]], 3.0, stop_when_settled=False)
+    assert one["final"][0].tobytes() == rollout.observations[-1].tobytes()
