@@ -41,7 +41,7 @@ def measured(tmp_path_factory) -> compare.Comparison:
 
 def test_every_method_has_one_name_everywhere() -> None:
     assert sorted(NAMES) == sorted(one.key for one in METHODS)
-    assert NAMES[0] == "hybrid"
+    assert NAMES[0] == "unified"
     assert len({one.label for one in METHODS}) == len(METHODS)
     assert set(every_method()) == {one.key for one in METHODS if not one.slow}
     with pytest.raises(sf.ParameterError, match=r"a method \(tracking, .*\); got 'lqr'"):

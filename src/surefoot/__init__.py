@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from surefoot.control.preview_control import PreviewControl
     from surefoot.control.step_timing import StepTiming
     from surefoot.control.timing_nlp import TimingNlp
+    from surefoot.control.unified import UnifiedController
     from surefoot.errors import (
         FileError,
         MissingExtraError,
@@ -30,17 +31,21 @@ if TYPE_CHECKING:
         SurefootError,
         VelocityError,
     )
+    from surefoot.models.estimator import Estimator
     from surefoot.models.footholds import Foothold, FootholdError, load_footholds
     from surefoot.models.footsteps import Footstep, Side
     from surefoot.models.interfaces import Command, Controller, Mode, Observation, Status
     from surefoot.models.pushes import Push
     from surefoot.models.robot import Foot, Robot, Swing, Trunk, load_robot, preset_names
     from surefoot.models.viability import ViableOffsets, viable_offsets
+    from surefoot.planning.landing_problem import Decision, Limit
     from surefoot.planning.nominal_gait import NominalGait, largest_speed, nominal_gait
     from surefoot.planning.optimality import KktResidual, kkt_residual
     from surefoot.planning.push_limit import ImpulseLimit, fixed_steps_limit, push_limit
     from surefoot.planning.step_adaptation import solve_step
     from surefoot.planning.step_problem import StepProblem, StepSolution
+    from surefoot.simulation.decisions import decisions
+    from surefoot.simulation.disturbance import Disturbance
     from surefoot.simulation.lipm_simulator import LipmSimulator
     from surefoot.simulation.outcome import Fall, Outcome
     from surefoot.simulation.rollout import Rollout, load_rollout
@@ -60,6 +65,7 @@ _HOMES = {
     "control.preview_control": ("PreviewControl",),
     "control.step_timing": ("StepTiming",),
     "control.timing_nlp": ("TimingNlp",),
+    "control.unified": ("UnifiedController",),
     "errors": (
         "FileError",
         "MissingExtraError",
@@ -69,17 +75,21 @@ _HOMES = {
         "SurefootError",
         "VelocityError",
     ),
+    "models.estimator": ("Estimator",),
     "models.footholds": ("Foothold", "FootholdError", "load_footholds"),
     "models.footsteps": ("Footstep", "Side"),
     "models.interfaces": ("Command", "Controller", "Mode", "Observation", "Status"),
     "models.pushes": ("Push",),
     "models.robot": ("Foot", "Robot", "Swing", "Trunk", "load_robot", "preset_names"),
     "models.viability": ("ViableOffsets", "viable_offsets"),
+    "planning.landing_problem": ("Decision", "Limit"),
     "planning.nominal_gait": ("NominalGait", "largest_speed", "nominal_gait"),
     "planning.optimality": ("KktResidual", "kkt_residual"),
     "planning.push_limit": ("ImpulseLimit", "fixed_steps_limit", "push_limit"),
     "planning.step_adaptation": ("solve_step",),
     "planning.step_problem": ("StepProblem", "StepSolution"),
+    "simulation.decisions": ("decisions",),
+    "simulation.disturbance": ("Disturbance",),
     "simulation.lipm_simulator": ("LipmSimulator",),
     "simulation.outcome": ("Fall", "Outcome"),
     "simulation.rollout": ("Rollout", "load_rollout"),
@@ -94,6 +104,9 @@ __all__ = [
     "Command",
     "Controller",
     "DcmTracking",
+    "Decision",
+    "Disturbance",
+    "Estimator",
     "Fall",
     "FileError",
     "Foot",
@@ -105,6 +118,7 @@ __all__ = [
     "HybridController",
     "ImpulseLimit",
     "KktResidual",
+    "Limit",
     "LinearMpc",
     "LipmSimulator",
     "MissingExtraError",
@@ -129,9 +143,11 @@ __all__ = [
     "Swing",
     "TimingNlp",
     "Trunk",
+    "UnifiedController",
     "VelocityError",
     "ViableOffsets",
     "__version__",
+    "decisions",
     "fixed_steps_limit",
     "kkt_residual",
     "largest_speed",

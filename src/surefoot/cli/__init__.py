@@ -10,6 +10,7 @@ from typing import Any
 import click
 
 from surefoot.cli.compare import compare
+from surefoot.cli.gentleness import gentleness
 from surefoot.cli.limits import limits
 from surefoot.cli.reproduce import reproduce
 from surefoot.cli.robots import robots
@@ -38,5 +39,5 @@ def main() -> None:
     """Make a biped walk, and keep walking when it is pushed."""
 
 
-for command in (walk, robots, limits, reproduce, compare):
+for command in (walk, robots, limits, reproduce, compare, gentleness):
     main.add_command(command)

@@ -6,12 +6,9 @@ import json
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
-
-if TYPE_CHECKING:
-    from surefoot.models.robot import Robot
 
 robot_option = click.option(
     "--robot",
@@ -21,22 +18,6 @@ robot_option = click.option(
     help="A preset (see `surefoot robots`) or your own file.",
 )
 json_option = click.option("--json", "as_json", is_flag=True, help="Print JSON instead of a table.")
-
-
-def robot_with(name_or_path: str, leg_speed: float | None) -> Robot:
-    """A robot by its name, with another speed limit of its swing foot [m/s] if one is given.
-
-    Raises:
-        RobotError: there is no such robot, or the speed is not positive.
-    """
-    from msgspec import structs
-
-    from surefoot.models.robot import load_robot
-
-    robot = load_robot(name_or_path)
-    if leg_speed is None:
-        return robot
-    return robot.replace(swing=structs.replace(robot.swing, max_speed=leg_speed))
 
 
 def check_plotting() -> None:

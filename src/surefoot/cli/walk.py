@@ -16,7 +16,6 @@ from surefoot.cli.arguments import (
     json_option,
     print_json,
     robot_option,
-    robot_with,
 )
 from surefoot.errors import ParameterError
 
@@ -28,6 +27,7 @@ RECOVERED, FELL = 0, 1
 """Exit status."""
 
 METHODS = (
+    "unified",
     "hybrid",
     "tracking",
     "tracking-stiff",
@@ -72,7 +72,7 @@ OPTION_OF = {"project_zmp": "--unprojected", "double_support": "--double-support
 @click.option(
     "--controller",
     type=click.Choice(METHODS),
-    default="hybrid",
+    default="unified",
     show_default=True,
     metavar="METHOD",
     help=f"What decides: {', '.join(METHODS)}.",
@@ -104,7 +104,13 @@ OPTION_OF = {"project_zmp": "--unprojected", "double_support": "--double-support
     "--leg-speed",
     type=float,
     metavar="M/S",
-    help="Speed limit of the swing foot; the robot's own if left out.",
+    help="Speed limit of the swing foot along each axis; the robot's own if left out.",
+)
+@click.option(
+    "--leg-acceleration",
+    type=float,
+    metavar="M/S^2",
+    help="Likewise its acceleration limit.",
 )
 @click.option(
     "--double-support",
@@ -126,6 +132,13 @@ OPTION_OF = {"project_zmp": "--unprojected", "double_support": "--double-support
     help="Draw the walk (.png, .pdf, .svg).",
 )
 @click.option(
+    "--plot-decisions",
+    "decision_plot",
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    help="Draw what the unified controller decided, with its limits (.png, .pdf, .svg).",
+)
+@click.option(
     "--save",
     type=click.Path(path_type=Path),
     metavar="FILE.npz",
@@ -135,8 +148,9 @@ OPTION_OF = {"project_zmp": "--unprojected", "double_support": "--double-support
 def walk(
     robot: str, velocity: tuple[float, float], changes: tuple[str, ...],
     footholds: Path | None, controller: str, duration: float, pushes: tuple[str, ...],
-    leg_speed: float | None, double_support: float, unprojected: bool,
-    plot: Path | None, save: Path | None, as_json: bool,
+    leg_speed: float | None, leg_acceleration: float | None, double_support: float,
+    unprojected: bool, plot: Path | None, decision_plot: Path | None,
+    save: Path | None, as_json: bool,
 ) -> None:  # fmt: skip
     """Walk, get pushed, recover; tell what happened.
 
@@ -145,21 +159,23 @@ def walk(
     Example: surefoot walk --push 176,0@1.1+0.2 --plot walk.png
     """
     from surefoot.models.pushes import parse_push
+    from surefoot.models.robot import load_robot
 
     forces = [parse_push(text) for text in pushes]
     velocities = [(time, (x, y)) for x, y, time in map(parse_change, changes)]
-    _check_outputs(plot, save)
+    _check_outputs([plot, decision_plot], save)
     parameters: dict[str, Any] = {}
     if unprojected:
         parameters["project_zmp"] = False
     if double_support != 0.0:
         parameters["double_support"] = double_support
     with compiling_notice():
-        body = robot_with(robot, leg_speed)
+        body = load_robot(robot).with_leg(max_speed=leg_speed, max_acceleration=leg_acceleration)
         if footholds is None:
             brain = _controller(controller, body, velocity, **parameters)
         else:
             brain = _foothold_controller(footholds, body, **parameters)
+        _check_decides(brain, decision_plot)
         from surefoot.simulation.outcome import Outcome
         from surefoot.simulation.simulate import simulate
 
@@ -168,7 +184,7 @@ def walk(
         rollout.save(save)
     if plot is not None:
         rollout.plot(plot)
-    _print_walk(rollout, as_json)
+    _print_walk(rollout, brain, decision_plot, as_json)
     sys.exit(FELL if rollout.outcome is Outcome.FELL else RECOVERED)
 
 
@@ -223,25 +239,44 @@ def _foothold_controller(path: Path, robot: Robot, **parameters: Any) -> Control
     return FootholdTracking(robot, load_footholds(path, robot), **parameters)
 
 
-def _check_outputs(plot: Path | None, save: Path | None) -> None:
+def _check_outputs(pictures: list[Path | None], save: Path | None) -> None:
     """Tell before the walk, not after it, that its results could not be kept."""
     from surefoot.checks import check_writable
 
     if save is not None:
         check_writable(save, (".npz",))
-    if plot is not None:
-        check_plotting()
-        from surefoot.viewers.walk_figure import check_figure_path
+    for path in pictures:
+        if path is not None:
+            check_plotting()
+            from surefoot.viewers.walk_figure import check_figure_path
 
-        check_figure_path(plot)
+            check_figure_path(path)
 
 
-def _print_walk(rollout: Any, as_json: bool) -> None:
+def _check_decides(brain: Controller, decision_plot: Path | None) -> None:
+    from surefoot.control.unified import UnifiedController
+
+    if decision_plot is not None and not isinstance(brain, UnifiedController):
+        raise ParameterError(
+            "--plot-decisions with the controller that keeps its decisions, unified",
+            type(brain).__name__,
+            "leave the option out, or walk with --controller unified",
+        )
+
+
+def _print_walk(rollout: Any, brain: Controller, decision_plot: Path | None, as_json: bool) -> None:
+    from surefoot.control.unified import UnifiedController
+    from surefoot.simulation.decisions import decisions
     from surefoot.viewers.walk_summary import print_walk, walk_summary
 
+    decided = decisions(brain, rollout) if isinstance(brain, UnifiedController) else None
+    if decided is not None and decision_plot is not None:
+        from surefoot.viewers.decision_figure import DecidedWalk, draw_decisions
+
+        draw_decisions([DecidedWalk(rollout, decided)], decision_plot)
     if as_json:
-        print_json(walk_summary(rollout))
+        print_json(walk_summary(rollout, decided))
         return
     from rich.console import Console
 
-    print_walk(rollout, Console())
+    print_walk(rollout, Console(), decided)

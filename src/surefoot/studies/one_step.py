@@ -14,7 +14,6 @@ from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
-from msgspec import structs
 from numpy.typing import NDArray
 
 from surefoot.control.hybrid import HybridController
@@ -171,11 +170,6 @@ def _impulse_words(impulse: float) -> str:
     return f"over {LARGEST_IMPULSE:g}" if math.isinf(impulse) else f"{impulse:.2f}"
 
 
-def with_leg_speed(robot: Robot, speed: float) -> Robot:
-    """The robot with another largest speed of its swing foot [m/s]."""
-    return robot.replace(swing=structs.replace(robot.swing, max_speed=speed))
-
-
 @cache
 def _scan(direction: tuple[float, float]) -> tuple[Push, ...]:
     count = math.floor(LARGEST_IMPULSE / IMPULSE_STEP) + 1
@@ -189,7 +183,7 @@ def _scan(direction: tuple[float, float]) -> tuple[Push, ...]:
 def _controller(
     robot: Robot, hip: float, speed: float, weight: tuple[float, float], penalty: float
 ) -> HybridController:
-    varied = with_leg_speed(robot.replace(hip=hip), speed)
+    varied = robot.replace(hip=hip).with_leg(max_speed=speed)
     return HybridController(varied, VELOCITY, offset_weight=weight, offset_penalty=penalty)
 
 

@@ -29,7 +29,6 @@ from surefoot.studies.one_step import (
     PAPER_Y,
     OneStepLimit,
     one_step_limits,
-    with_leg_speed,
 )
 from surefoot.studies.paper_scenarios import (
     DOUBLE_SUPPORT,
@@ -102,7 +101,7 @@ def reproduce_paper(robot: Robot) -> PaperResults:
             rollouts["headline"],
             {
                 "unlimited leg": smallest_failing(robot),
-                f"{LEG_SPEED:g} m/s": smallest_failing(with_leg_speed(robot, LEG_SPEED)),
+                f"{LEG_SPEED:g} m/s": smallest_failing(robot.with_leg(max_speed=LEG_SPEED)),
             },
         ),
     ]

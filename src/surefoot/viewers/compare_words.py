@@ -87,8 +87,8 @@ def protocol(measured: Comparison) -> list[str]:
         "The limit is the largest impulse that any policy could survive that learns of the push "
         "when it starts, with the same steps, times and leg. The share is what a method survives, "
         "divided by the limit on the robot's finite foot. The limit on a point foot, and that of "
-        "fixed steps saved by the ZMP alone, are shown beside it. Off the axes the limit is an "
-        "upper bound, that of the axis which gives out first.",
+        "fixed steps saved by the ZMP alone, are shown beside it. One schedule of landings has to "
+        "serve both axes.",
         "Times are per control cycle, one walk at a time. A "
         "method that decides less often than in every cycle repeats its last decision in between: "
         "its median says little, its p99.9 is a decision.",

@@ -6,12 +6,14 @@ import math
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from rich.console import Console
 from rich.table import Table
 
 from surefoot.models.footsteps import Side
 from surefoot.simulation.outcome import Outcome
 from surefoot.simulation.rollout import Rollout
+from surefoot.viewers.decision_words import closest_call, margin_sentence
 
 _SENTENCES = {
     Outcome.WALKED: "walked: on the nominal gait",
@@ -21,10 +23,14 @@ _SENTENCES = {
 }
 
 
-def walk_summary(rollout: Rollout) -> dict[str, Any]:
+def walk_summary(rollout: Rollout, decided: NDArray[np.void] | None = None) -> dict[str, Any]:
     """The walk as plain numbers, strings, lists and dictionaries; SI.
 
     A number that does not exist (no two finished steps, an endless push) is None.
+
+    Args:
+        rollout: the walk.
+        decided: its decisions (`surefoot.decisions`), for `smallest_margin`, which else is None.
     """
     mass = rollout.robot.mass
     decision = np.percentile(rollout.decision_time, (50, 99))
@@ -62,13 +68,14 @@ def walk_summary(rollout: Rollout) -> dict[str, Any]:
         "largest_zmp_excess": float(rollout.zmp_excess.max()),
         "final_velocity": [_finite(component) for component in rollout.final_velocity],
         "decision_time": {"p50": float(decision[0]), "p99": float(decision[1])},
+        "smallest_margin": None if decided is None else closest_call(rollout, decided),
         "fall": _fall(rollout),
     }
 
 
-def print_walk(rollout: Rollout, console: Console) -> None:
-    """The walk as a short table and a few sentences."""
-    summary = walk_summary(rollout)
+def print_walk(rollout: Rollout, console: Console, decided: NDArray[np.void] | None = None) -> None:
+    """The walk as a short table and a few sentences; arguments as of `walk_summary`."""
+    summary = walk_summary(rollout, decided)
     v_x, v_y = rollout.velocity
     console.print(
         f"[bold]{rollout.robot.name}[/] ({rollout.robot.mass:g} kg) walks at "
@@ -78,6 +85,8 @@ def print_walk(rollout: Rollout, console: Console) -> None:
         console.print(f"pushed {describe_push(push.force, push.start, push.end, rollout)}")
     console.print(_step_table(rollout))
     console.print(f"[bold]{_SENTENCES[rollout.outcome]}[/]{_evidence(rollout)}")
+    if summary["smallest_margin"] is not None:
+        console.print(margin_sentence(summary["smallest_margin"]), soft_wrap=True)
     final_x, final_y = rollout.final_velocity
     console.print(
         f"final velocity ({_round(final_x)}, {_round(final_y)}) m/s; "
