@@ -142,9 +142,7 @@ class UnifiedController:
 
     def __post_init__(self) -> None:
         check_tracking(self.robot, self.dcm_gain, 0.0, self.period)
-        for name, unit in (
-            ("horizon", "s"), ("reserve", "m"), ("comfort", "m"),
-        ):  # fmt: skip
+        for name, unit in (("horizon", "s"), ("reserve", "m"), ("comfort", "m")):
             check_number(name, getattr(self, name), 0.0, unit)
         check_number("tau_weight", self.tau_weight, 0.0, "-", above=True)
         check_pair("step_weight", self.step_weight, 0.0, "1/m^2")

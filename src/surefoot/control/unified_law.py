@@ -14,8 +14,8 @@ from surefoot.control.cycle import LARGEST_EXPONENT
 from surefoot.control.push_observer import OBSERVING, PUSH_OBSERVER
 from surefoot.control.tracking_law import PLAN, TRACKING
 from surefoot.models.interfaces import COMMAND, Mode, Status
-from surefoot.planning.anticipation import margin, saved_share, worth_after
-from surefoot.planning.landing_place import excess, soft_error
+from surefoot.planning.anticipation import margin, saved_share
+from surefoot.planning.landing_place import excess_at, soft_error
 from surefoot.planning.landing_problem import DECISION, LANDING, SITUATION, Limit
 from surefoot.planning.support_polygon import nearest_under_foot
 
@@ -97,11 +97,9 @@ def needed_zmp(landing, situation, axis, growth, place):
     For a ZMP at u until the landing, v = e' k - u (k - 1) - c - X - Z along the axis.
     """
     reach, take = landing.zmp_reach[axis], growth - 1.0
-    along, _ = worth_after(landing.concave_worth, landing, axis, 0, place)
-    against, _ = worth_after(landing.concave_worth, landing, axis, 1, place)
-    over, under = excess(landing, situation, axis, growth, place, along, against)
+    over, under = excess_at(landing, situation, axis, growth, place)
     low, high = -reach, reach
-    # `excess` has the ZMP at the edge: what it leaves of the reserve need not be taken.
+    # `excess_at` has the ZMP at the edge: what it leaves of the reserve need not be taken.
     room = -(over + landing.reserve[axis])
     if room < 2.0 * reach * take:
         low = reach if room <= 0.0 else reach - room / take

@@ -20,13 +20,16 @@ PARTS = 24
 """Of the interval of landing times, before the best of them is refined; shorter ones first."""
 
 ROUNDS = 10
-"""Of the search for the time at which both axes land: 2e-3 of the interval, and flat there."""
+"""Of the search for the time at which a push is best answered: 1e-2 of a part, and flat there."""
+
+MARGIN_ROUNDS = 20
+"""The same for the margin, which is published: 1e-4 of a part."""
 
 ROUNDS_ALONE = 6
 """Of the search for the time at which one axis lands, from piece to piece."""
 
 MOMENT = 1e-6
-"""A time no longer matters not [s]."""
+"""Shorter times make no difference [s]."""
 
 
 @njit(forceinline=True)
@@ -85,14 +88,11 @@ def worth_of(landing, situation, axis, sign, time):
 
 @njit
 def best_worth(landing, situation, axis, sign, earliest, latest):
-    """The same for the best time of landing [m].
+    """The same for the best time of landing, of a leg without a limit of acceleration [m].
 
     Once the foot is at the end of the box, waiting only costs. Before, the worth is linear in time
-    but for its decay, piece by piece, and largest where it is its growth over omega. Of a leg of
-    limited acceleration that holds at full speed only: there the best of some times is refined.
+    but for its decay, piece by piece, and largest where it is its growth over omega.
     """
-    if landing.max_acceleration < math.inf:
-        return best_worth_sampled(landing, situation, axis, sign, earliest, latest)
     end = landing.step_max[axis] if sign > 0.0 else landing.step_min[axis]
     away = sign * (end - situation.foot[axis])
     there = time_to(away, 0.0, landing.max_speed, math.inf)
@@ -112,42 +112,6 @@ def best_worth(landing, situation, axis, sign, earliest, latest):
 
 
 @njit
-def best_worth_sampled(landing, situation, axis, sign, earliest, latest):
-    """The same from samples, the best of them refined by golden section."""
-    best, place, length = -math.inf, 0, latest - earliest
-    for k in range(PARTS + 1):
-        time = earliest + length * (k / PARTS) ** 2
-        worth, _ = worth_of(landing, situation, axis, sign, time)
-        if worth > best:
-            best, place = worth, k
-    low = earliest + length * (max(place - 1, 0) / PARTS) ** 2
-    high = earliest + length * (min(place + 1, PARTS) / PARTS) ** 2
-    for _ in range(2 * ROUNDS):
-        left, right = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
-        at_left, _ = worth_of(landing, situation, axis, sign, left)
-        at_right, _ = worth_of(landing, situation, axis, sign, right)
-        best = max(best, at_left, at_right)
-        if at_left < at_right:
-            low = left
-        else:
-            high = right
-    return best
-
-
-@njit
-def margin(landing, situation, earliest, latest):
-    """The displacement of the DCM along an axis that can still be saved, in the worst case [m]."""
-    least = math.inf
-    for axis in range(2):
-        offset, reach_of_zmp = situation.offset[axis], landing.zmp_reach[axis]
-        for k in range(2):
-            sign = 1.0 - 2.0 * k
-            worth = best_worth(landing, situation, axis, sign, earliest, latest)
-            least = min(least, worth + reach_of_zmp - sign * offset)
-    return least
-
-
-@njit
 def share_at(landing, situation, push_x, push_y, time):
     """The multiple of a displacement that both axes save, if they land after this time."""
     least = math.inf
@@ -162,10 +126,44 @@ def share_at(landing, situation, push_x, push_y, time):
 
 
 @njit
+def most_saved(landing, situation, push_x, push_y, earliest, latest, enough, rounds):
+    """The largest `share_at` of all times; the search ends at one that is enough.
+
+    The axes land together, so it is the time that is best for the worse one. Of evenly growing
+    samples the best is refined by golden section.
+    """
+    best, place = -math.inf, 0
+    length = latest - earliest
+    for k in range(PARTS + 1):
+        time = earliest + length * (k / PARTS) ** 2
+        share = share_at(landing, situation, push_x, push_y, time)
+        if share >= enough:
+            return share
+        if share > best:
+            best, place = share, k
+    low = earliest + length * (max(place - 1, 0) / PARTS) ** 2
+    high = earliest + length * (min(place + 1, PARTS) / PARTS) ** 2
+    left, right = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
+    at_left = share_at(landing, situation, push_x, push_y, left)
+    at_right = share_at(landing, situation, push_x, push_y, right)
+    for _ in range(rounds):
+        best = max(best, at_left, at_right)
+        if best >= enough:
+            return best
+        if at_left < at_right:
+            low, left, at_left = left, right, at_right
+            right = low + GOLDEN * (high - low)
+            at_right = share_at(landing, situation, push_x, push_y, right)
+        else:
+            high, right, at_right = right, left, at_left
+            left = high - GOLDEN * (high - low)
+            at_left = share_at(landing, situation, push_x, push_y, left)
+    return best
+
+
+@njit
 def saved_share(landing, situation, push_x, push_y, earliest, latest):
     """How much of a displacement that is still to come can be saved: 0 to 1.
-
-    The axes land together, so the time of landing is sought that is best for the worse one.
 
     Args:
         landing: a `LANDING` record.
@@ -175,30 +173,24 @@ def saved_share(landing, situation, push_x, push_y, earliest, latest):
     """
     if push_x == 0.0 and push_y == 0.0:
         return 1.0
-    best, place = -math.inf, 0
-    length = latest - earliest
-    for k in range(PARTS + 1):
-        time = earliest + length * (k / PARTS) ** 2
-        share = share_at(landing, situation, push_x, push_y, time)
-        if share >= 1.0:
-            return 1.0
-        if share > best:
-            best, place = share, k
-    low = earliest + length * (max(place - 1, 0) / PARTS) ** 2
-    high = earliest + length * (min(place + 1, PARTS) / PARTS) ** 2
-    left, right = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
-    at_left = share_at(landing, situation, push_x, push_y, left)
-    at_right = share_at(landing, situation, push_x, push_y, right)
-    for _ in range(ROUNDS):
-        best = max(best, at_left, at_right)
-        if best >= 1.0:
-            return 1.0
-        if at_left < at_right:
-            low, left, at_left = left, right, at_right
-            right = low + GOLDEN * (high - low)
-            at_right = share_at(landing, situation, push_x, push_y, right)
-        else:
-            high, right, at_right = right, left, at_left
-            left = high - GOLDEN * (high - low)
-            at_left = share_at(landing, situation, push_x, push_y, left)
-    return max(best, 0.0)
+    share = most_saved(landing, situation, push_x, push_y, earliest, latest, 1.0, ROUNDS)
+    return min(max(share, 0.0), 1.0)
+
+
+@njit
+def margin(landing, situation, earliest, latest):
+    """The displacement of the DCM along an axis that can still be saved, in the worst case [m]."""
+    least = math.inf
+    for axis in range(2):
+        for k in range(2):
+            sign = 1.0 - 2.0 * k
+            if landing.max_acceleration < math.inf:
+                x, y = (sign, 0.0) if axis == 0 else (0.0, sign)
+                room = most_saved(
+                    landing, situation, x, y, earliest, latest, math.inf, MARGIN_ROUNDS
+                )
+            else:
+                worth = best_worth(landing, situation, axis, sign, earliest, latest)
+                room = worth + landing.zmp_reach[axis] - sign * situation.offset[axis]
+            least = min(least, room)
+    return least

@@ -21,8 +21,8 @@ from numpy.typing import NDArray
 from surefoot.compiling import entry_point, njit
 from surefoot.models.leg import furthest
 from surefoot.models.record import new_array
-from surefoot.planning.anticipation import reach, worth_after
-from surefoot.planning.landing_place import best_place, excess, reserved, soft_error
+from surefoot.planning.anticipation import reach
+from surefoot.planning.landing_place import best_place, excess_at, reserved, soft_error
 from surefoot.planning.landing_problem import DECISION, LANDING, SITUATION, Decision, Limit
 
 TAU_EVALUATIONS = 60
@@ -67,9 +67,7 @@ def tau_slope(landing, situation, tau, decision):
         if end != 0:
             rate = low_rate if end < 0 else high_rate
             total += slope * rate / (omega * tau)
-        along, _ = worth_after(landing.concave_worth, landing, axis, 0, place)
-        against, _ = worth_after(landing.concave_worth, landing, axis, 1, place)
-        over, under = excess(landing, situation, axis, growth, place, along, against)
+        over, under = excess_at(landing, situation, axis, growth, place)
         part = pressure(landing, situation, axis, growth, over, 1.0)
         part += pressure(landing, situation, axis, growth, under, -1.0)
         error = soft_error(landing, situation, axis, growth, place)
@@ -101,9 +99,7 @@ def cost_of(landing, situation, tau, decision):
         error = soft_error(landing, situation, axis, growth, place)
         total += landing.step_weight[axis] * moved * moved
         total += landing.offset_weight[axis] * error * error
-        along, _ = worth_after(landing.concave_worth, landing, axis, 0, place)
-        against, _ = worth_after(landing.concave_worth, landing, axis, 1, place)
-        for value in excess(landing, situation, axis, growth, place, along, against):
+        for value in excess_at(landing, situation, axis, growth, place):
             short = max(value + reserved(landing, axis, growth), 0.0)
             lost = max(value, 0.0)
             total += landing.lost_weight * lost * lost + landing.reserve_weight * short * short
@@ -244,9 +240,7 @@ def active_limits(landing, situation, tau, decision):
             or -away > furthest(-velocity, left, speed, acceleration) - LIMIT_TOLERANCE
         ):
             active |= _LEG[axis]
-        along, _ = worth_after(landing.concave_worth, landing, axis, 0, place)
-        against, _ = worth_after(landing.concave_worth, landing, axis, 1, place)
-        for value in excess(landing, situation, axis, growth, place, along, against):
+        for value in excess_at(landing, situation, axis, growth, place):
             if value > -reserved(landing, axis, growth):
                 active |= _RESERVE
             if value > LIMIT_TOLERANCE:

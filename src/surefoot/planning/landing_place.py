@@ -7,6 +7,7 @@ the nodes of Z and where a penalty sets in. Newton's method inside a bracket fin
 from __future__ import annotations
 
 from surefoot.compiling import njit
+from surefoot.planning.anticipation import worth_after
 
 NEWTON_STEPS = 30
 """At most; the pieces of the cost are few, so three are usual."""
@@ -35,6 +36,14 @@ def excess(landing, situation, axis, growth, place, along, against):
         (offset - zmp) * growth - place - along,
         -(offset + zmp) * growth + place - against,
     )
+
+
+@njit
+def excess_at(landing, situation, axis, growth, place):
+    """v of both sides at a landing [m]."""
+    along, _ = worth_after(landing.concave_worth, landing, axis, 0, place)
+    against, _ = worth_after(landing.concave_worth, landing, axis, 1, place)
+    return excess(landing, situation, axis, growth, place, along, against)
 
 
 @njit
