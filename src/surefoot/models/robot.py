@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import difflib
-import math
 import tomllib
 from importlib import resources
 from pathlib import Path
@@ -12,18 +11,10 @@ from typing import Any, get_args
 import msgspec
 
 from surefoot.errors import RobotError
+from surefoot.models.body import Body
 from surefoot.models.gait import GaitLimits
 from surefoot.models.lipm import STANDARD_GRAVITY, natural_frequency
-
-
-def _check_positive(owner: str, **values: float) -> None:
-    for name, value in values.items():
-        if not (math.isfinite(value) and value > 0.0):
-            raise RobotError(
-                f"`{name}` of the {owner} to be positive and finite",
-                f"{value}",
-                "give the measured value in SI units",
-            )
+from surefoot.models.swing import Swing, check_positive
 
 
 class Foot(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
@@ -38,45 +29,12 @@ class Foot(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True
     width: float
 
     def __post_init__(self) -> None:
-        _check_positive("foot", length=self.length, width=self.width)
+        check_positive("foot", length=self.length, width=self.width)
 
     @property
     def half(self) -> tuple[float, float]:
         """How far the ZMP can move from the centre (x, y) [m]."""
         return (0.5 * self.length, 0.5 * self.width)
-
-
-class Swing(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """How the swing foot moves.
-
-    Attributes:
-        height: apex over the ground [m].
-        landing_velocity: downward speed at touchdown [m/s].
-        max_speed: speed limit of the foot over ground, of each axis by itself [m/s]; inf is the
-            paper's idealisation.
-        max_acceleration: likewise for its acceleration [m/s^2].
-    """
-
-    height: float = 0.05
-    landing_velocity: float = 0.0
-    max_speed: float = math.inf
-    max_acceleration: float = math.inf
-
-    def __post_init__(self) -> None:
-        _check_positive("swing", height=self.height)
-        if not (math.isfinite(self.landing_velocity) and self.landing_velocity >= 0.0):
-            raise RobotError(
-                "`landing_velocity` of the swing to be 0 or a downward speed [m/s]",
-                f"{self.landing_velocity}",
-                "give it as a positive number, it points down",
-            )
-        for name, unit in (("max_speed", "m/s"), ("max_acceleration", "m/s^2")):
-            if not getattr(self, name) > 0.0:
-                raise RobotError(
-                    f"`{name}` of the swing to be positive [{unit}]",
-                    f"{getattr(self, name)}",
-                    "leave it out, or write inf, for the paper's unlimited leg",
-                )
 
 
 class Trunk(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
@@ -93,7 +51,7 @@ class Trunk(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tru
     max_lean: float
 
     def __post_init__(self) -> None:
-        _check_positive(
+        check_positive(
             "trunk", inertia=self.inertia, max_torque=self.max_torque, max_lean=self.max_lean
         )
 
@@ -111,6 +69,7 @@ class Robot(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tru
         gait: limits of a step.
         swing: motion of the foot in the air.
         trunk: the flywheel of methods that use the hips; None for a trunk that stays upright.
+        body: its mechanism for the physics simulator; None if it is only ever a point mass.
         gravity: gravitational acceleration [m/s^2].
 
     Raises:
@@ -125,11 +84,12 @@ class Robot(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tru
     gait: GaitLimits
     swing: Swing = Swing()
     trunk: Trunk | None = None
+    body: Body | None = None
     gravity: float = STANDARD_GRAVITY
     description: str = ""
 
     def __post_init__(self) -> None:
-        _check_positive(
+        check_positive(
             "robot",
             mass=self.mass,
             com_height=self.com_height,
@@ -224,7 +184,9 @@ def _read_file(path: Path) -> Robot:
         raise RobotError(
             "a readable robot file", f"{path}: {error}", "check the path and its permissions"
         ) from error
-    return parse_robot(text, str(path))
+    robot = parse_robot(text, str(path))
+    # A rollout carries its robot elsewhere, so the model's place must not depend on where one is.
+    return robot if robot.body is None else robot.replace(body=robot.body.beside(path.parent))
 
 
 def parse_robot(text: str, origin: str) -> Robot:
