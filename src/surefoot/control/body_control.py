@@ -1,0 +1,320 @@
+"""Any controller of the point mass, walking a body: standing, first step, steps, and a stand again.
+
+Each cycle: the state of the mechanism, what the controller is told of it, its command, a reference
+for the body, and the motors. Steps end when the foot meets the ground, early, in time or late.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from surefoot.checks import check_number
+from surefoot.control.body_walk import (
+    BODY_LIMITS,
+    BODY_WALK,
+    SHIFT,
+    STAND,
+    WALK,
+    BodyKernels,
+    body_kernels,
+)
+from surefoot.control.mapping import Mapping
+from surefoot.control.steering import Course, Steering, rotated
+from surefoot.errors import VelocityError
+from surefoot.models.body_reference import BODY_REFERENCE
+from surefoot.models.footsteps import Side
+from surefoot.models.interfaces import COMMAND, OBSERVATION, Command, Controller, Observation
+from surefoot.models.joint_command import JointCommand
+from surefoot.models.legs import find_legs
+from surefoot.models.mechanics import Mechanics
+from surefoot.models.multibody import Multibody
+from surefoot.models.record import copy_array, new_array
+
+STAND_GAIN = 1.0
+"""How far beyond the DCM the ZMP goes, per distance from the middle of the feet [-]."""
+
+FIRST_STEPS = 2
+"""Steps in place before the commanded velocity, and before a stand."""
+
+
+@dataclass(frozen=True)
+class BodyState:
+    """What evolves: a value, but for the mechanics' workspace, which only holds the present.
+
+    Attributes:
+        walk: a `BODY_WALK` record, shape (1,).
+        controller: at the velocity that it is told now.
+        memory: the controller's own state.
+        observation, command: of the last cycle.
+        course: where the robot should be.
+        asked: velocity of the steering that `controller` is for, before its correction [m/s].
+    """
+
+    walk: NDArray[np.void]
+    controller: Controller
+    memory: NDArray[np.void] | None
+    observation: Observation
+    command: Command
+    course: Course
+    slow_steps: int = 0
+
+
+@dataclass(frozen=True)
+class BodyControl:
+    """Walks a body with a controller of the point mass.
+
+    Args:
+        controller: of a robot as `walking_robot` makes it from the multibody's; any method.
+        multibody: the mechanism as the control believes it to be.
+        mapping: from reference to motors.
+        first_support: the foot that carries in the first step.
+        settle_time: standing before the first step [s].
+        shift_time: in which the DCM is moved to where that begins [s].
+        place_rate: rate at which an error of place is removed; 0 holds no place [1/s].
+        most_correction: of the velocity, to either side [m/s].
+        furthest: the course waits for a robot that is this far from it [m].
+        knee_bend: of a leg that is not stretched further: sets the CoM's height in long steps
+            [rad].
+        most_drop: of the CoM [m].
+        height_stiffness: of the CoM's height [1/s^2].
+        most_lift: largest vertical acceleration [m/s^2].
+        sink: speed of a foot that waits for the ground [m/s].
+    """
+
+    controller: Controller
+    multibody: Multibody
+    mapping: Mapping
+    first_support: Side = Side.RIGHT
+    settle_time: float = 0.3
+    shift_time: float = 0.6
+    place_rate: float = 0.5
+    most_correction: float = 0.1
+    furthest: float = 0.3
+    knee_bend: float = 0.3
+    most_drop: float = 0.12
+    height_stiffness: float = 40.0
+    most_lift: float = 8.0
+    sink: float = 0.5
+    mechanics: Mechanics = field(init=False, repr=False, compare=False)
+    limits: NDArray[np.void] = field(init=False, repr=False, compare=False)
+    kernels: BodyKernels = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        for name, unit in (
+            ("settle_time", "s"),
+            ("place_rate", "1/s"),
+            ("most_correction", "m/s"),
+            ("furthest", "m"),
+            ("knee_bend", "rad"),
+            ("most_drop", "m"),
+            ("sink", "m/s"),
+        ):
+            check_number(name, getattr(self, name), 0.0, unit)
+        for name, unit in (
+            ("shift_time", "s"),
+            ("height_stiffness", "1/s^2"),
+            ("most_lift", "m/s^2"),
+        ):
+            check_number(name, getattr(self, name), 0.0, unit, above=True)
+        object.__setattr__(self, "mechanics", Mechanics(self.multibody))
+        object.__setattr__(self, "limits", self._limits())
+        object.__setattr__(self, "kernels", body_kernels())
+
+    def _limits(self) -> NDArray[np.void]:
+        robot, multibody = self.controller.robot, self.multibody
+        limits, legs = new_array(BODY_LIMITS), find_legs(multibody)
+        limits["omega"], limits["height"] = robot.omega, robot.com_height
+        limits["hip"], limits["mass"] = legs.hip, multibody.mass
+        limits["leg"] = legs.length(self.knee_bend)
+        limits["ankle"], limits["hip_over_com"] = legs.ankle, legs.over_com
+        limits["hip_ahead"] = legs.ahead_of_com
+        limits["most_drop"], limits["stiffness"] = self.most_drop, self.height_stiffness
+        limits["most_acceleration"], limits["sink"] = self.most_lift, self.sink
+        limits["period"] = self.controller.period
+        limits["apex"] = robot.swing.height
+        limits["landing_velocity"] = robot.swing.landing_velocity
+        limits["step_duration"] = self.controller.gait.step_duration
+        limits["touch_force"] = 0.03 * multibody.mass * robot.gravity
+        return limits
+
+    @cached_property
+    def in_place(self) -> Controller:
+        """The controller for the first and the last steps."""
+        return self.controller.with_velocity((0.0, 0.0))
+
+    def start(self) -> BodyState:
+        """The state of a body that stands on both feet, in its nominal pose, at the origin."""
+        walk = new_array(BODY_WALK)
+        walk["phase"] = STAND
+        observation = self.in_place.first_observation(self.first_support)
+        return BodyState(
+            walk=walk,
+            controller=self.in_place,
+            memory=None,
+            observation=observation,
+            command=Command.of(new_array(COMMAND)),
+            course=Course((0.0, 0.0), 0.0, 0.0),
+        )
+
+    def step(
+        self,
+        state: BodyState,
+        time: float,
+        position: NDArray[np.float64],
+        velocity: NDArray[np.float64],
+        forces: NDArray[np.float64],
+        steering: Steering,
+    ) -> tuple[JointCommand, BodyState]:
+        """One cycle; never raises.
+
+        Args:
+            state: of the last cycle.
+            time: now [s].
+            position, velocity: generalised, as estimated; shapes (nq,), (nv,).
+            forces: vertical, on left and right sole, shape (2,) [N].
+            steering: where to go.
+        """
+        self.mechanics.update(position, velocity)
+        walk, reference = copy_array(state.walk), new_array(BODY_REFERENCE)
+        walk["now"] = time
+        phase = int(walk["phase"][0])
+        if phase != WALK:
+            state = self._stand(replace(state, walk=walk), steering, reference)
+            phase = int(walk["phase"][0])
+        if phase == WALK:
+            state = self._walk(state, walk, forces, steering, reference)
+        return self.mapping.joints(self.mechanics, reference), state
+
+    def _stand(
+        self, state: BodyState, steering: Steering, reference: NDArray[np.void]
+    ) -> BodyState:
+        """Hold the DCM between the feet, or move it to where the first step begins."""
+        walk, mechanics, omega = state.walk, self.mechanics, self.limits["omega"][0]
+        dcm = mechanics.com[:2] + mechanics.com_velocity[:2] / omega
+        middle = mechanics.sole_position[:, :2].mean(axis=0)
+        zmp = dcm + STAND_GAIN * (dcm - middle)
+        since = float(walk["now"][0] - walk["began"][0])
+        walk["heading"] = self._heading()
+        if walk["phase"][0] == STAND and not steering.standing and since >= self.settle_time:
+            walk["phase"], walk["began"], since = SHIFT, walk["now"], 0.0
+        if walk["phase"][0] == SHIFT:
+            left = self.shift_time - since
+            if left < 1e-9:
+                return self._first_step(state)
+            growth = math.exp(omega * left)
+            zmp = (self._first_dcm() - dcm * growth) / (1.0 - growth)
+        zmp = self._between_feet(zmp)
+        self.kernels.stand(self.limits, walk, mechanics.motion, zmp, reference)
+        walk["swing_foot"] = mechanics.sole_position[1 - walk["support"][0]]
+        state.command.array["zmp"][0] = zmp
+        return state
+
+    @property
+    def _first(self) -> int:
+        """The foot that carries first, as a row of tables with a row for each foot."""
+        return 0 if self.first_support is Side.LEFT else 1
+
+    def _first_dcm(self) -> NDArray[np.float64]:
+        """Where the DCM is in the world when the first step begins."""
+        begin, heading = self.in_place.first_observation(self.first_support), self._heading()
+        away = rotated(tuple(begin.dcm - begin.support_foot), heading)
+        return self.mechanics.sole_position[self._first, :2] + np.array(away)
+
+    def _heading(self) -> float:
+        axes = self.mechanics.sole_axes
+        yaws = np.arctan2(axes[:, 1, 0], axes[:, 0, 0])
+        return float(np.arctan2(np.sin(yaws).mean(), np.cos(yaws).mean()))
+
+    def _between_feet(self, zmp: NDArray[np.float64]) -> NDArray[np.float64]:
+        """The nearest point on the line between the ankles, give or take half a sole."""
+        left, right = self.mechanics.sole_position[:, :2]
+        half = 0.8 * self.multibody.robot.foot.half[0]
+        forward = np.array(rotated((1.0, 0.0), self._heading()))
+        across, away = left - right, zmp - right
+        part = min(max(float(away @ across) / float(across @ across), 0.05), 0.95)
+        ahead = float((away - part * across) @ forward)
+        return right + part * across + min(max(ahead, -half), half) * forward
+
+    def _first_step(self, state: BodyState) -> BodyState:
+        walk, mechanics = state.walk, self.mechanics
+        walk["phase"], walk["steps"] = WALK, 0
+        self.kernels.begin(walk, np.array([self._first]), mechanics.motion)
+        x, y = mechanics.sole_position[:, :2].mean(axis=0)
+        course = Course((float(x), float(y)), float(walk["heading"][0]), float(walk["now"][0]))
+        return replace(state, controller=self.in_place, course=course, slow_steps=0, memory=None)
+
+    def _walk(
+        self,
+        state: BodyState,
+        walk: NDArray[np.void],
+        forces: NDArray[np.float64],
+        steering: Steering,
+        reference: NDArray[np.void],
+    ) -> BodyState:
+        mechanics, kernels, limits = self.mechanics, self.kernels, self.limits
+        motion, command, memory = mechanics.motion, state.command, state.memory
+        observation = Observation.of(new_array(OBSERVATION))
+        kernels.look(limits, walk, motion, command.array, forces, observation.array)
+        if walk["landed"][0]:
+            state = replace(state, walk=walk)
+            if steering.standing and state.slow_steps >= FIRST_STEPS:
+                walk["phase"], walk["began"] = STAND, walk["now"]
+                return replace(self._stand(state, steering, reference), memory=None)
+            state = self._next_step(state, steering)
+            memory = state.memory
+            kernels.look(limits, walk, motion, command.array, forces, observation.array)
+        if memory is None:
+            memory = state.controller.start(observation)
+        command, memory = state.controller.step(memory, observation)
+        kernels.refer(limits, walk, motion, observation.array, command.array, reference)
+        return BodyState(
+            walk, state.controller, memory, observation, command, state.course, state.slow_steps
+        )
+
+    def _next_step(self, state: BodyState, steering: Steering) -> BodyState:
+        """Touchdown: the feet change, and the controller is told a velocity anew."""
+        walk, mechanics, time = state.walk, self.mechanics, float(state.walk["now"][0])
+        self.kernels.begin(walk, 1 - walk["support"], mechanics.motion)
+        if steering.standing:
+            steering = Steering()
+        slow = steering.velocity == (0.0, 0.0) and steering.turning == 0.0
+        slow_steps = state.slow_steps + 1 if slow else 0
+        walking = walk["steps"][0] > FIRST_STEPS
+        if not walking:
+            steering = Steering()
+        x, y = mechanics.sole_position[:, :2].mean(axis=0)
+        place = (float(x), float(y))
+        course = state.course.moved(steering, time).waiting_for(place, self.furthest)
+        turn = steering.turning * state.controller.gait.step_duration
+        memory = state.memory
+        heading = course.heading + turn
+        if heading != walk["heading"][0]:
+            # Its memory is of another frame; at a touchdown it holds little that is not seen anew.
+            walk["heading"], memory = heading, None
+        controller = state.controller
+        if walking:
+            controller = self._towards(controller, course, place, steering)
+        return replace(
+            state, controller=controller, course=course, memory=memory, slow_steps=slow_steps
+        )
+
+    def _towards(
+        self, controller: Controller, course: Course, place: tuple[float, float], steering: Steering
+    ) -> Controller:
+        """The controller for the velocity of the steering, and what holds the place."""
+        x, y = course.correction(place, self.place_rate, self.most_correction)
+        vx, vy = steering.velocity
+        for wanted in ((vx + x, vy + y), steering.velocity):
+            if wanted == controller.gait.velocity:
+                return controller
+            try:
+                return controller.with_velocity(wanted)
+            except VelocityError:
+                # A velocity at the edge of what can be walked leaves no room to correct it.
+                continue
+        return controller

@@ -1,0 +1,29 @@
+"""From a body's reference to its joints: one interface, whatever is inside.
+
+Two leaves: `control.inverse_dynamics` for torque-controlled robots, `control.inverse_kinematics`
+for playback and for robots whose joints are position servos.
+"""
+
+from __future__ import annotations
+
+from typing import Protocol, runtime_checkable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from surefoot.models.joint_command import JointCommand
+from surefoot.models.mechanics import Mechanics
+
+
+@runtime_checkable
+class Mapping(Protocol):
+    """Anything that turns a reference into motor commands."""
+
+    def joints(self, mechanics: Mechanics, reference: NDArray[np.void]) -> JointCommand:
+        """The command for one cycle; never raises.
+
+        Args:
+            mechanics: at the state that was estimated.
+            reference: a `BODY_REFERENCE` record, shape (1,).
+        """
+        ...
