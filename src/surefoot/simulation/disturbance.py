@@ -11,9 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from surefoot.checks import check_number, check_pair
+from surefoot.checks import check_number, check_pair, check_seed
 from surefoot.compiling import njit
-from surefoot.errors import ParameterError
 from surefoot.models.estimator import MOST_CYCLES
 from surefoot.simulation.noise import noise_key, normal_pair, uniform
 
@@ -82,11 +81,7 @@ class Disturbance:
         check_pair("com_offset", self.com_offset, -math.inf, "m")
         check_number("landing_error", self.landing_error, 0.0, "m")
         check_number("touchdown_shift", self.touchdown_shift, -math.inf, "s")
-        whole = isinstance(self.seed, int) and not isinstance(self.seed, bool)
-        if not whole or not 0 <= self.seed < 2**63:
-            raise ParameterError(
-                "`seed` as a whole number from 0 to 2^63 - 1", repr(self.seed), "0 is usual"
-            )
+        check_seed(self.seed)
 
     @property
     def blurs(self) -> bool:

@@ -1,7 +1,8 @@
 """How a walk ended, and the rule by which a robot counts as recovered.
 
 Recovered: the DCM error over the last finished step is below 1 cm, and the mean velocity over the
-last two is within 2 % of the command (or 0.01 m/s, where that is more).
+last two is within 2 % of the command (or 0.01 m/s, where that is more). A body in physics has
+recovered if it walks on to the end of the run.
 """
 
 from __future__ import annotations

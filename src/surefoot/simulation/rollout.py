@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import json
-import zipfile
 from dataclasses import asdict, dataclass, field
 from functools import cached_property
 from importlib.metadata import entry_points
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +21,8 @@ from surefoot.models.pushes import Push
 from surefoot.models.robot import Robot
 from surefoot.models.viability import viable_offsets
 from surefoot.planning.support_polygon import distances_to_support
+from surefoot.simulation.body_fall import BodyFall, find_fall
+from surefoot.simulation.body_trace import BodyTrace, trace_of, trace_parts
 from surefoot.simulation.disturbance import Disturbance
 from surefoot.simulation.outcome import (
     MONITOR,
@@ -31,10 +32,7 @@ from surefoot.simulation.outcome import (
     mean_velocity,
     watch_all,
 )
-
-PLAIN, DISTURBED = 1, 2
-"""Versions of the file layout, without and with what else a controller saw than the truth; a reader
-refuses what it does not know."""
+from surefoot.simulation.rollout_file import BODY, DISTURBED, PLAIN, read_archive, write_archive
 
 
 @dataclass(frozen=True)
@@ -56,6 +54,7 @@ class Rollout:
         disturbance: of what it saw, and of its landings.
         estimator: parameters of the one between, as text; empty if there was none.
         version: of Surefoot.
+        body: what the mechanism did, if it was a body in physics; None for a point mass.
     """
 
     robot: Robot
@@ -71,6 +70,7 @@ class Rollout:
     disturbance: Disturbance | None = None
     estimator: str = ""
     version: str = ""
+    body: BodyTrace | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
         if not len(self.seen):
@@ -111,8 +111,12 @@ class Rollout:
 
     @property
     def zmp(self) -> NDArray[np.float64]:
-        """Zero-moment point, shape (n, 2) [m]."""
-        return self.commands["zmp"]
+        """Zero-moment point, shape (n, 2) [m].
+
+        On a point mass the one that was commanded; of a body that of the floor's forces, NaN in
+        the air.
+        """
+        return self.commands["zmp"] if self.body is None else self.body.zmp
 
     @property
     def support_foot(self) -> NDArray[np.float64]:
@@ -147,15 +151,28 @@ class Rollout:
         """The velocity that was commanded last (x, y) [m/s]."""
         return self.velocities[-1][1]
 
+    def _steps(self) -> list[tuple[int, int]]:
+        """First cycle of every finished step, and that of its touchdown."""
+        side = self.support_side
+        touchdowns = np.flatnonzero(side[1:] != side[:-1]) + 1
+        if self.body is None:
+            starts = np.concatenate(([0], touchdowns[:-1])) if len(touchdowns) else touchdowns
+            return list(zip(starts.tolist(), touchdowns.tolist(), strict=True))
+        # A body stands on both feet before its first step and after its last.
+        walking = self.body.walking
+        changes = np.flatnonzero(walking[1:] != walking[:-1]) + 1
+        cuts = np.union1d(changes, touchdowns).tolist()
+        return [(first, last) for first, last in pairwise(cuts) if walking[first]]
+
     @cached_property
     def footsteps(self) -> tuple[Footstep, ...]:
         """The finished steps."""
         side = self.support_side
-        touchdowns = np.flatnonzero(side[1:] != side[:-1]) + 1
-        starts = np.concatenate(([0], touchdowns[:-1])) if len(touchdowns) else touchdowns
         steps = []
-        for index, (first, last) in enumerate(zip(starts, touchdowns, strict=True)):
-            landing = self.support_foot[last]
+        for index, (first, last) in enumerate(self._steps()):
+            stands = self.body is None or self.body.walking[last]
+            # The step before a stand ends on the foot that swung, which carries no step after it.
+            landing = self.support_foot[last] if stands else self.swing_foot[last, :2]
             start = self.time[first] - self.observations["elapsed"][first]
             steps.append(
                 Footstep(
@@ -187,9 +204,11 @@ class Rollout:
         """How the walk ended."""
         if self.fallen:
             return Outcome.FELL
+        pushed = any(push.start < self.time[-1] for push in self.pushes)
+        if self.body is not None:
+            return Outcome.RECOVERED if pushed else Outcome.WALKED
         if not is_settled(self._monitor[0], *self.velocity):
             return Outcome.UNSETTLED
-        pushed = any(push.start < self.time[-1] for push in self.pushes)
         return Outcome.RECOVERED if pushed else Outcome.WALKED
 
     @cached_property
@@ -217,6 +236,13 @@ class Rollout:
             limit=_direction(away),
         )
 
+    @cached_property
+    def body_fall(self) -> BodyFall | None:
+        """Why the body fell, if one did."""
+        if not self.fallen or self.body is None:
+            return None
+        return find_fall(self.observations, self.commands, self.body)
+
     def plot(self, path: str | Path) -> None:
         """Draw the walk: top view, and x and y over time.
 
@@ -239,6 +265,13 @@ class Rollout:
             raise MissingExtraError("pictures", "plot") from error
         draw(self, Path(path))
 
+    @property
+    def _format(self) -> int:
+        if self.body is not None:
+            return BODY
+        plain = self.disturbance is None and self.seen is self.observations
+        return PLAIN if plain else DISTURBED
+
     def save(self, path: str | Path) -> None:
         """Write everything to a NumPy archive.
 
@@ -254,8 +287,9 @@ class Rollout:
         arrays: dict[str, Any] = {"observations": self.observations, "commands": self.commands}
         if self.seen is not self.observations:
             arrays["seen"] = self.seen
+        body, of_body = ({}, {}) if self.body is None else trace_parts(self.body)
         about = {
-            "format": PLAIN if disturbance is None and len(arrays) == 2 else DISTURBED,
+            "format": self._format,
             "version": self.version,
             "robot": msgspec.to_builtins(self.robot),
             "controller": self.controller,
@@ -265,20 +299,9 @@ class Rollout:
             "fallen": self.fallen,
             "disturbance": None if disturbance is None else asdict(disturbance),
             "estimator": self.estimator,
+            "body": body,
         }
-        try:
-            # Opened here, since np.savez would add an ending to "walk.NPZ".
-            with path.open("wb") as file:
-                np.savez_compressed(
-                    file,
-                    about=np.array(json.dumps(about)),
-                    decision_time=self.decision_time,
-                    **arrays,
-                )
-        except OSError as error:
-            raise FileError(
-                "a file that can be written", f"{path}: {error}", "choose another place"
-            ) from error
+        write_archive(path, about, {**arrays, "decision_time": self.decision_time}, of_body)
 
 
 def load_rollout(path: str | Path) -> Rollout:
@@ -291,26 +314,7 @@ def load_rollout(path: str | Path) -> Rollout:
         FileError: there is no such file, it is cut short or damaged, or another version wrote it.
     """
     path = Path(path)
-    try:
-        # Opened here, since np.load leaves its file open when it fails.
-        with path.open("rb") as file, np.load(file, allow_pickle=False) as archive:
-            about = json.loads(str(archive["about"]))
-            arrays = {name: archive[name] for name in ("observations", "commands", "decision_time")}
-            if "seen" in archive:
-                arrays["seen"] = archive["seen"]
-    except (OSError, zipfile.BadZipFile, EOFError, KeyError, ValueError) as error:
-        raise FileError(
-            "a rollout that Rollout.save wrote",
-            f"{path}: {error}",
-            "the file may be cut short: run the walk again with --save",
-        ) from error
-    if not isinstance(about, dict) or about.get("format") not in (PLAIN, DISTURBED):
-        found = about.get("format") if isinstance(about, dict) else about
-        raise FileError(
-            f"a rollout of format {PLAIN} or {DISTURBED}",
-            f"{path} with format {found!r}",
-            "read it with the version of Surefoot that wrote it",
-        )
+    about, arrays, of_body = read_archive(path)
     wanted = {"observations": OBSERVATION, "seen": OBSERVATION, "commands": COMMAND}
     if any(arrays[name].dtype != wanted[name] for name in wanted if name in arrays):
         raise FileError(
@@ -319,14 +323,16 @@ def load_rollout(path: str | Path) -> Rollout:
             "read it with that version",
         )
     try:
-        return _from_parts(about, arrays)
+        return _from_parts(about, arrays, of_body)
     except (KeyError, TypeError, ValueError, msgspec.ValidationError, SurefootError) as error:
         raise FileError(
             "a complete description of the walk", f"{path}: {error!r}", "run the walk again"
         ) from error
 
 
-def _from_parts(about: dict[str, Any], arrays: dict[str, NDArray[Any]]) -> Rollout:
+def _from_parts(
+    about: dict[str, Any], arrays: dict[str, NDArray[Any]], of_body: dict[str, NDArray[Any]]
+) -> Rollout:
     disturbance = about.get("disturbance")
     if disturbance is not None:
         offset = _pair(disturbance["com_offset"])
@@ -343,6 +349,7 @@ def _from_parts(about: dict[str, Any], arrays: dict[str, NDArray[Any]]) -> Rollo
         disturbance=disturbance,
         estimator=about.get("estimator", ""),
         version=about["version"],
+        body=trace_of(about["body"], of_body) if about.get("body") else None,
         **arrays,
     )
 

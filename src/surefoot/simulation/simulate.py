@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import fields
 from time import perf_counter_ns
+from typing import Any
 
 import numpy as np
 
@@ -106,10 +107,10 @@ def simulate(
     )
 
 
-def describe(value: Controller | Estimator) -> str:
+def describe(value: Any) -> str:
     """The parameters of a controller or an estimator as text, but for robot and velocity."""
     parts = []
-    for parameter in fields(value):  # type: ignore[arg-type]
-        if parameter.init and parameter.name not in ("robot", "velocity"):
+    for parameter in fields(value):
+        if parameter.init and parameter.name not in ("robot", "velocity", "multibody"):
             parts.append(f"{parameter.name}={getattr(value, parameter.name)!r}")
     return ", ".join(parts)
