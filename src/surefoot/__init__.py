@@ -8,15 +8,18 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from surefoot import version
+from surefoot import errors, version
 
 if TYPE_CHECKING:
     from surefoot.control.ankle_hip_step_mpc import AnkleHipStepMpc
+    from surefoot.control.body_control import BodyControl
+    from surefoot.control.body_gait import body_control, body_controller, walking_robot
     from surefoot.control.capture_point import CapturePointStepping
     from surefoot.control.dcm_tracking import DcmTracking
     from surefoot.control.foot_placement_mpc import FootPlacementMpc
     from surefoot.control.foothold_tracking import FootholdTracking
     from surefoot.control.hybrid import HybridController
+    from surefoot.control.inverse_dynamics import InverseDynamics
     from surefoot.control.linear_mpc import LinearMpc
     from surefoot.control.preview_control import PreviewControl
     from surefoot.control.step_timing import StepTiming
@@ -31,12 +34,15 @@ if TYPE_CHECKING:
         SurefootError,
         VelocityError,
     )
+    from surefoot.models.body_state import BodyEstimator
     from surefoot.models.estimator import Estimator
     from surefoot.models.footholds import Foothold, FootholdError, load_footholds
     from surefoot.models.footsteps import Footstep, Side
     from surefoot.models.interfaces import Command, Controller, Mode, Observation, Status
+    from surefoot.models.multibody import Multibody, load_multibody
     from surefoot.models.pushes import Push
     from surefoot.models.robot import Foot, Robot, Swing, Trunk, load_robot, preset_names
+    from surefoot.models.steering import Steering
     from surefoot.models.viability import ViableOffsets, viable_offsets
     from surefoot.planning.landing_problem import Decision, Limit
     from surefoot.planning.nominal_gait import NominalGait, largest_speed, nominal_gait
@@ -44,6 +50,12 @@ if TYPE_CHECKING:
     from surefoot.planning.push_limit import ImpulseLimit, fixed_steps_limit, push_limit
     from surefoot.planning.step_adaptation import solve_step
     from surefoot.planning.step_problem import StepProblem, StepSolution
+    from surefoot.simulation.body_fall import BodyFall, FallCause
+    from surefoot.simulation.body_measures import BodyMeasures, measure_body
+    from surefoot.simulation.body_noise import BodyNoise
+    from surefoot.simulation.body_plant import Surroundings
+    from surefoot.simulation.body_simulate import simulate_body
+    from surefoot.simulation.body_trace import BodyTrace
     from surefoot.simulation.decisions import decisions
     from surefoot.simulation.disturbance import Disturbance
     from surefoot.simulation.lipm_simulator import LipmSimulator
@@ -51,6 +63,7 @@ if TYPE_CHECKING:
     from surefoot.simulation.rollout import Rollout, load_rollout
     from surefoot.simulation.simulate import simulate
     from surefoot.studies.push_recovery import PushLimit, smallest_failing_push
+    from surefoot.viewers.body_video import film_walk
 
 __version__ = version.VERSION
 
@@ -58,10 +71,13 @@ _HOMES = {
     "control.ankle_hip_step_mpc": ("AnkleHipStepMpc",),
     "control.foot_placement_mpc": ("FootPlacementMpc",),
     "control.linear_mpc": ("LinearMpc",),
+    "control.body_control": ("BodyControl",),
+    "control.body_gait": ("body_control", "body_controller", "walking_robot"),
     "control.capture_point": ("CapturePointStepping",),
     "control.dcm_tracking": ("DcmTracking",),
     "control.foothold_tracking": ("FootholdTracking",),
     "control.hybrid": ("HybridController",),
+    "control.inverse_dynamics": ("InverseDynamics",),
     "control.preview_control": ("PreviewControl",),
     "control.step_timing": ("StepTiming",),
     "control.timing_nlp": ("TimingNlp",),
@@ -75,12 +91,15 @@ _HOMES = {
         "SurefootError",
         "VelocityError",
     ),
+    "models.body_state": ("BodyEstimator",),
     "models.estimator": ("Estimator",),
     "models.footholds": ("Foothold", "FootholdError", "load_footholds"),
     "models.footsteps": ("Footstep", "Side"),
     "models.interfaces": ("Command", "Controller", "Mode", "Observation", "Status"),
+    "models.multibody": ("Multibody", "load_multibody"),
     "models.pushes": ("Push",),
     "models.robot": ("Foot", "Robot", "Swing", "Trunk", "load_robot", "preset_names"),
+    "models.steering": ("Steering",),
     "models.viability": ("ViableOffsets", "viable_offsets"),
     "planning.landing_problem": ("Decision", "Limit"),
     "planning.nominal_gait": ("NominalGait", "largest_speed", "nominal_gait"),
@@ -88,6 +107,12 @@ _HOMES = {
     "planning.push_limit": ("ImpulseLimit", "fixed_steps_limit", "push_limit"),
     "planning.step_adaptation": ("solve_step",),
     "planning.step_problem": ("StepProblem", "StepSolution"),
+    "simulation.body_fall": ("BodyFall", "FallCause"),
+    "simulation.body_measures": ("BodyMeasures", "measure_body"),
+    "simulation.body_noise": ("BodyNoise",),
+    "simulation.body_plant": ("Surroundings",),
+    "simulation.body_simulate": ("simulate_body",),
+    "simulation.body_trace": ("BodyTrace",),
     "simulation.decisions": ("decisions",),
     "simulation.disturbance": ("Disturbance",),
     "simulation.lipm_simulator": ("LipmSimulator",),
@@ -95,11 +120,24 @@ _HOMES = {
     "simulation.rollout": ("Rollout", "load_rollout"),
     "simulation.simulate": ("simulate",),
     "studies.push_recovery": ("PushLimit", "smallest_failing_push"),
+    "viewers.body_video": ("film_walk",),
+}
+_EXTRAS = {
+    "mujoco": ("a body in physics", "mujoco"),
+    "imageio_ffmpeg": ("films", "video"),
+    "matplotlib": ("films", "video"),
+    "PIL": ("films", "video"),
 }
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
 
 __all__ = [
     "AnkleHipStepMpc",
+    "BodyControl",
+    "BodyEstimator",
+    "BodyFall",
+    "BodyMeasures",
+    "BodyNoise",
+    "BodyTrace",
     "CapturePointStepping",
     "Command",
     "Controller",
@@ -108,6 +146,7 @@ __all__ = [
     "Disturbance",
     "Estimator",
     "Fall",
+    "FallCause",
     "FileError",
     "Foot",
     "FootPlacementMpc",
@@ -117,12 +156,14 @@ __all__ = [
     "Footstep",
     "HybridController",
     "ImpulseLimit",
+    "InverseDynamics",
     "KktResidual",
     "Limit",
     "LinearMpc",
     "LipmSimulator",
     "MissingExtraError",
     "Mode",
+    "Multibody",
     "NominalGait",
     "Observation",
     "Outcome",
@@ -135,11 +176,13 @@ __all__ = [
     "Rollout",
     "Side",
     "Status",
+    "Steering",
     "StepProblem",
     "StepSolution",
     "StepTiming",
     "StudyError",
     "SurefootError",
+    "Surroundings",
     "Swing",
     "TimingNlp",
     "Trunk",
@@ -147,27 +190,40 @@ __all__ = [
     "VelocityError",
     "ViableOffsets",
     "__version__",
+    "body_control",
+    "body_controller",
     "decisions",
+    "film_walk",
     "fixed_steps_limit",
     "kkt_residual",
     "largest_speed",
     "load_footholds",
+    "load_multibody",
     "load_robot",
     "load_rollout",
+    "measure_body",
     "nominal_gait",
     "preset_names",
     "push_limit",
     "simulate",
+    "simulate_body",
     "smallest_failing_push",
     "solve_step",
     "viable_offsets",
+    "walking_robot",
 ]
 
 
 def __getattr__(name: str) -> Any:
     if name not in _HOME_OF:
         raise AttributeError(f"module 'surefoot' has no attribute {name!r}")
-    value = getattr(import_module(f"surefoot.{_HOME_OF[name]}"), name)
+    try:
+        home = import_module(f"surefoot.{_HOME_OF[name]}")
+    except ModuleNotFoundError as error:
+        if error.name not in _EXTRAS:
+            raise
+        raise errors.MissingExtraError(*_EXTRAS[error.name]) from error
+    value = getattr(home, name)
     globals()[name] = value
     return value
 

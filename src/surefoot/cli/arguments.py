@@ -32,12 +32,17 @@ def check_plotting() -> None:
 
 
 @contextmanager
-def compiling_notice() -> Iterator[None]:
-    """Say what takes so long, should it take long: the very first run on a machine compiles."""
+def compiling_notice(patience: float = 1.5, about: str = "10 s") -> Iterator[None]:
+    """Say what takes so long, should it take long: the very first run on a machine compiles.
+
+    Args:
+        patience: time without a word [s].
+        about: how long it may take.
+    """
     timer = threading.Timer(
-        1.5,
+        patience,
         click.echo,
-        ("compiling for this machine, only this once (about 10 s) ...",),
+        (f"compiling for this machine, only this once (about {about}) ...",),
         {"err": True},
     )
     timer.daemon = True

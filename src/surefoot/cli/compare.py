@@ -11,14 +11,23 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from surefoot.cli.arguments import check_plotting, json_option, print_json, robot_option
+from surefoot.cli.arguments import check_plotting, json_option, print_json
+from surefoot.cli.compare_body import (
+    BODY_STEP,
+    BODY_VELOCITY,
+    INCOMPLETE,
+    QUICK_PHASES,
+    QUICK_STEP,
+    STOPPED,
+    BodyQuestion,
+    compare_bodies,
+    refuse_others,
+)
+from surefoot.cli.walk_body import given
 
 if TYPE_CHECKING:
     from surefoot.models.robot import Robot
     from surefoot.studies.protocol import Protocol
-
-INCOMPLETE, STOPPED = 1, 130
-"""Exit status if a cell could not be measured, and if the study was stopped."""
 
 FULL_SPEEDS, FULL_DURATIONS = (2.0, 3.0, 4.0, 6.0, math.inf), (0.1, 0.2, 0.4)
 """Leg speeds [m/s] and push durations [s] of `--full`."""
@@ -29,12 +38,21 @@ TABLE_ONLY = ("seconds", "disturbance", "survived_mean")
 
 
 @click.command()
-@robot_option
+@click.option(
+    "--robot", "robots", multiple=True, default=("paper-biped",), show_default=True,
+    metavar="NAME|FILE.toml",
+    help="A preset (see `surefoot robots`) or your own file; of bodies there may be several.",
+)  # fmt: skip
+@click.option(
+    "--simulator", type=click.Choice(["lipm", "mujoco"]), default="lipm", show_default=True,
+    help="What is pushed: a point mass on two feet, or a body in physics.",
+)  # fmt: skip
 @click.option(
     "--mass", type=float, metavar="KG", help="Of the robot; its own if left out. Limits scale."
 )
 @click.option(
-    "--velocity", nargs=2, type=float, default=(0.5, 0.0), show_default=True, metavar="VX VY",
+    "--velocity", nargs=2, type=float, default=(0.5, 0.0), metavar="VX VY",
+    show_default="0.5 0, of a body 0.3 0",
     help="Of the walk that is pushed [m/s].",
 )  # fmt: skip
 @click.option(
@@ -55,14 +73,26 @@ TABLE_ONLY = ("seconds", "disturbance", "survived_mean")
 @click.option("--directions", type=int, default=4, show_default=True, help="Evenly around.")
 @click.option("--phases", type=int, default=8, show_default=True, help="Evenly over a step.")
 @click.option(
-    "--step", type=float, default=1.0, show_default=True, metavar="NS",
-    help="Of the scan over the impulse [N s].",
+    "--step", "--grid", "step", type=float, default=1.0, show_default="1, of a body 2",
+    metavar="NS", help="Of the scan over the impulse [N s].",
 )  # fmt: skip
 @click.option(
     "--disturbance", "disturbances", multiple=True, metavar="NAME",
     help="Noise, delay, another mass ...: what is lost to it; may be repeated. `all` for all, a "
     "wrong NAME lists them.",
 )  # fmt: skip
+@click.option(
+    "--estimate", is_flag=True,
+    help="Body: tell the controller an estimate from its sensors, not the true state.",
+)  # fmt: skip
+@click.option(
+    "--quick",
+    is_flag=True,
+    help=f"Body: {QUICK_PHASES} phases and a grid of {QUICK_STEP:g} N s, unless they are given.",
+)
+@click.option(
+    "--explain", is_flag=True, help="Body: tell which limits bind in the worst push of each kind."
+)
 @click.option("--workers", type=int, default=-1, help="Processes; all cores if left out.")
 @click.option(
     "--out", type=click.Path(path_type=Path), default=Path("compare"), show_default=True,
@@ -70,9 +100,10 @@ TABLE_ONLY = ("seconds", "disturbance", "survived_mean")
 )  # fmt: skip
 @json_option
 def compare(
-    robot: str, mass: float | None, velocity: tuple[float, float], methods: tuple[str, ...],
-    leg_speeds: tuple[float, ...], durations: tuple[float, ...], full: bool, directions: int,
-    phases: int, step: float, disturbances: tuple[str, ...], workers: int, out: Path, as_json: bool,
+    robots: tuple[str, ...], simulator: str, mass: float | None, velocity: tuple[float, float],
+    methods: tuple[str, ...], leg_speeds: tuple[float, ...], durations: tuple[float, ...],
+    full: bool, directions: int, phases: int, step: float, disturbances: tuple[str, ...],
+    estimate: bool, quick: bool, explain: bool, workers: int, out: Path, as_json: bool,
 ) -> None:  # fmt: skip
     """Compare control methods: the smallest push that each fails on, beside the limit for anybody.
 
@@ -82,11 +113,29 @@ def compare(
 
     With disturbances, the answer is the noise-and-delay budget: DIR/budget.md and budget.png say
     what each method loses to each, beside the undisturbed walk. It needs a DIR of its own.
+
+    With `--simulator mujoco` bodies are pushed: DIR/pushes.html and pushes.md report what fells
+    them and why, with a picture and a table in a folder for each robot.
     """
     from surefoot.models.robot import load_robot
     from surefoot.studies.protocol import Protocol
 
+    refuse_others(simulator, robots)
+    if simulator == "mujoco":
+        question = BodyQuestion(
+            robots,
+            velocity if given("velocity") else BODY_VELOCITY,
+            methods,
+            QUICK_PHASES if quick and not given("phases") else phases,
+            step if given("step") else (QUICK_STEP if quick else BODY_STEP),
+            estimate,
+            explain,
+            workers,
+            out,
+        )
+        sys.exit(compare_bodies(question, _progress, as_json))
     check_plotting()
+    (robot,) = robots
     body = load_robot(robot) if mass is None else load_robot(robot).replace(mass=mass)
     protocol = Protocol(
         body,

@@ -17,6 +17,7 @@ from surefoot.cli.arguments import (
     print_json,
     robot_option,
 )
+from surefoot.cli.walk_body import BodyWalk, given, refuse_others, walk_body
 from surefoot.errors import ParameterError
 
 if TYPE_CHECKING:
@@ -25,6 +26,9 @@ if TYPE_CHECKING:
 
 RECOVERED, FELL = 0, 1
 """Exit status."""
+
+BODY_VELOCITY, BODY_DURATION = (0.3, 0.0), 10.0
+"""Of a walk in physics, unless it is told [m/s, s]."""
 
 METHODS = (
     "unified",
@@ -52,7 +56,7 @@ OPTION_OF = {"project_zmp": "--unprojected", "double_support": "--double-support
     nargs=2,
     type=float,
     default=(0.5, 0.0),
-    show_default=True,
+    show_default="0.5 0, of a body 0.3 0",
     metavar="VX VY",
     help="Commanded velocity [m/s]: x forward, y to the left.",
 )
@@ -79,17 +83,17 @@ OPTION_OF = {"project_zmp": "--unprojected", "double_support": "--double-support
 )
 @click.option(
     "--simulator",
-    type=click.Choice(["lipm"]),
+    type=click.Choice(["lipm", "mujoco"]),
     default="lipm",
     show_default=True,
-    expose_value=False,
-    help="The world: the linear inverted pendulum, a point mass on two feet.",
+    help="The world: the linear inverted pendulum, a point mass on two feet; or physics, a body "
+    "with joints and motors, from a stand.",
 )
 @click.option(
     "--duration",
     type=float,
     default=6.0,
-    show_default=True,
+    show_default="6, of a body 10",
     metavar="S",
     help="How long to walk [s].",
 )
@@ -126,6 +130,37 @@ OPTION_OF = {"project_zmp": "--unprojected", "double_support": "--double-support
     help="Let the ZMP of tracking leave the foot, as the paper's figures do.",
 )
 @click.option(
+    "--truth",
+    is_flag=True,
+    help="Body: tell the controller the true state, not an estimate from encoders, inertial unit "
+    "and feet.",
+)
+@click.option(
+    "--turning",
+    type=float,
+    default=0.0,
+    show_default=True,
+    metavar="RAD/S",
+    help="Body: turn, counter-clockwise.",
+)
+@click.option("--stand-at", type=float, metavar="S", help="Body: come to a stand from then on [s].")
+@click.option(
+    "--friction",
+    type=float,
+    default=0.8,
+    show_default=True,
+    metavar="MU",
+    help="Body: coefficient of the floor.",
+)
+@click.option(
+    "--payload",
+    type=float,
+    default=0.0,
+    show_default=True,
+    metavar="KG",
+    help="Body: mass on the trunk that the controller does not know of.",
+)
+@click.option(
     "--plot",
     type=click.Path(path_type=Path),
     metavar="FILE",
@@ -139,6 +174,12 @@ OPTION_OF = {"project_zmp": "--unprojected", "double_support": "--double-support
     help="Draw what the unified controller decided, with its limits (.png, .pdf, .svg).",
 )
 @click.option(
+    "--video",
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    help="Body: film the walk (.mp4, .gif).",
+)
+@click.option(
     "--save",
     type=click.Path(path_type=Path),
     metavar="FILE.npz",
@@ -147,10 +188,11 @@ OPTION_OF = {"project_zmp": "--unprojected", "double_support": "--double-support
 @json_option
 def walk(
     robot: str, velocity: tuple[float, float], changes: tuple[str, ...],
-    footholds: Path | None, controller: str, duration: float, pushes: tuple[str, ...],
-    leg_speed: float | None, leg_acceleration: float | None, double_support: float,
-    unprojected: bool, plot: Path | None, decision_plot: Path | None,
-    save: Path | None, as_json: bool,
+    footholds: Path | None, controller: str, simulator: str, duration: float,
+    pushes: tuple[str, ...], leg_speed: float | None, leg_acceleration: float | None,
+    double_support: float, unprojected: bool, truth: bool, turning: float,
+    stand_at: float | None, friction: float, payload: float, plot: Path | None,
+    decision_plot: Path | None, video: Path | None, save: Path | None, as_json: bool,
 ) -> None:  # fmt: skip
     """Walk, get pushed, recover; tell what happened.
 
@@ -163,6 +205,14 @@ def walk(
 
     forces = [parse_push(text) for text in pushes]
     velocities = [(time, (x, y)) for x, y, time in map(parse_change, changes)]
+    refuse_others(simulator)
+    if simulator == "mujoco":
+        body_walk = BodyWalk(
+            robot, controller, velocity if given("velocity") else BODY_VELOCITY, velocities,
+            duration if given("duration") else BODY_DURATION, forces, leg_speed, leg_acceleration,
+            truth, turning, stand_at, friction, payload, plot, video, save,
+        )  # fmt: skip
+        walk_body(body_walk, as_json)
     _check_outputs([plot, decision_plot], save)
     parameters: dict[str, Any] = {}
     if unprojected:
@@ -228,9 +278,8 @@ def _foothold_controller(path: Path, robot: Robot, **parameters: Any) -> Control
     from surefoot.control.foothold_tracking import FootholdTracking
     from surefoot.models.footholds import load_footholds
 
-    given = click.get_current_context().get_parameter_source
     for name in ("velocity", "changes", "controller"):
-        if given(name) is not click.core.ParameterSource.DEFAULT:
+        if given(name):
             raise ParameterError(
                 "--footholds alone: they say where and when to step",
                 f"--{'then' if name == 'changes' else name} too",

@@ -13,9 +13,11 @@ from matplotlib.patheffects import withStroke
 from surefoot.models.footsteps import Side
 
 COM = "#222222"
+COM_PLAN = "#a0522d"
 DCM = "#0072b2"
 DCM_PLAN = "#e66100"
 ZMP = "#009e73"
+ZMP_PLAN = "#004d38"
 ADAPTED = "#7b3294"
 ALARM = "#c1002b"
 PUSH = "#ffd400"

@@ -14,6 +14,7 @@ from surefoot.errors import FileError
 from surefoot.simulation.rollout import Rollout
 from surefoot.version import VERSION
 from surefoot.viewers import palette
+from surefoot.viewers.body_figure import draw_body
 from surefoot.viewers.page import WIDTH, lay_out, view_size
 from surefoot.viewers.push_arrows import label_places
 from surefoot.viewers.stances import stances
@@ -44,6 +45,9 @@ def draw_walk(rollout: Rollout, path: Path) -> None:
     """
     path = Path(path)
     check_figure_path(path)
+    if rollout.body is not None:
+        draw_body(rollout, rollout.body, path)
+        return
     picture = BytesIO()
     form = path.suffix.lower()[1:]
     with style.context(["default", palette.STYLE]):

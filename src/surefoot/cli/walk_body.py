@@ -1,0 +1,200 @@
+"""`surefoot walk --simulator mujoco`: the same controllers, walking a body in physics."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from surefoot.checks import check_number
+from surefoot.cli.arguments import check_plotting, compiling_notice, print_json
+from surefoot.errors import ParameterError
+
+if TYPE_CHECKING:
+    from surefoot.control.body_control import BodyControl
+    from surefoot.models.pushes import Push
+    from surefoot.models.steering import Steering
+    from surefoot.simulation.rollout import Rollout
+
+OF_BODY = {
+    "truth": "--truth",
+    "turning": "--turning",
+    "stand_at": "--stand-at",
+    "friction": "--friction",
+    "payload": "--payload",
+    "video": "--video",
+}
+"""Options that a point mass has no use for."""
+
+OF_POINT_MASS = {
+    "footholds": "--footholds",
+    "double_support": "--double-support",
+    "unprojected": "--unprojected",
+    "decision_plot": "--plot-decisions",
+}
+"""Options that a body has no use for."""
+
+
+@dataclass(frozen=True)
+class BodyWalk:
+    """What the command line says of a walk in physics; see `cli.walk` for the options."""
+
+    robot: str
+    controller: str
+    velocity: tuple[float, float]
+    changes: list[tuple[float, tuple[float, float]]]
+    duration: float
+    pushes: list[Push]
+    leg_speed: float | None
+    leg_acceleration: float | None
+    truth: bool
+    turning: float
+    stand_at: float | None
+    friction: float
+    payload: float
+    plot: Path | None
+    video: Path | None
+    save: Path | None
+
+
+def given(name: str) -> bool:
+    """Whether an option stands on the command line."""
+    source = click.get_current_context().get_parameter_source(name)
+    return source is not click.core.ParameterSource.DEFAULT
+
+
+def refuse_others(simulator: str) -> None:
+    """Refuse options that make no sense with a simulator.
+
+    Raises:
+        ParameterError: there is one; it is named.
+    """
+    wrong, other = (OF_BODY, "mujoco") if simulator == "lipm" else (OF_POINT_MASS, "lipm")
+    for name, option in wrong.items():
+        if given(name):
+            raise ParameterError(
+                f"{option} with --simulator {other}",
+                f"--simulator {simulator}",
+                f"leave {option} out, or choose the other simulator",
+            )
+
+
+def walk_body(walk: BodyWalk, as_json: bool) -> None:
+    """Walk, tell, draw, film; exits with 1 if the robot fell."""
+    _check_outputs(walk)
+    check_number("duration", walk.duration, 0.0, "s", above=True)
+    with compiling_notice(8.0, "a minute"):
+        control = make_control(walk)
+        # What a walk compiles, it compiles in its first cycles.
+        _simulate(replace(walk, duration=0.003), control)
+    rollout = _simulate(walk, control)
+    if walk.save is not None:
+        rollout.save(walk.save)
+    if walk.plot is not None:
+        rollout.plot(walk.plot)
+    if walk.video is not None:
+        _film(rollout, walk.video)
+    _tell(rollout, as_json)
+    sys.exit(1 if rollout.fallen else 0)
+
+
+def make_control(walk: BodyWalk) -> BodyControl:
+    """The controller of the command line, and what lets it walk a body.
+
+    Raises:
+        SurefootError: robot, controller or an extra is not there.
+    """
+    from surefoot.control.body_gait import body_control, body_controller, walking_robot
+    from surefoot.models.multibody import load_multibody
+    from surefoot.models.robot import load_robot
+
+    multibody = load_multibody(load_robot(walk.robot))
+    believed = walking_robot(multibody).with_leg(
+        max_speed=walk.leg_speed, max_acceleration=walk.leg_acceleration
+    )
+    return body_control(body_controller(walk.controller, believed, walk.velocity), multibody)
+
+
+def route_of(walk: BodyWalk) -> list[tuple[float, Steering]]:
+    """The commands of the walk in order of time.
+
+    Raises:
+        ParameterError: the changes are not in order, or go on after the stand.
+    """
+    from surefoot.models.steering import Steering
+
+    times = [time for time, _ in walk.changes]
+    if times != sorted(times):
+        raise ParameterError("--then in order of time", f"times {times}", "sort them")
+    if walk.stand_at is not None and times and walk.stand_at <= times[-1]:
+        raise ParameterError(
+            "--stand-at after every --then",
+            f"--stand-at {walk.stand_at:g} and --then ...@{times[-1]:g}",
+            "let the robot stand last",
+        )
+    route = [(0.0, Steering(walk.velocity, walk.turning))]
+    route += [(time, Steering(velocity, walk.turning)) for time, velocity in walk.changes]
+    if walk.stand_at is not None:
+        route.append((walk.stand_at, Steering(standing=True)))
+    return route
+
+
+def _simulate(walk: BodyWalk, control: BodyControl) -> Rollout:
+    from surefoot.simulation.body_plant import Surroundings
+    from surefoot.simulation.body_simulate import TRUTH, simulate_body
+
+    return simulate_body(
+        control,
+        walk.duration,
+        walk.pushes,
+        steering=route_of(walk),
+        surroundings=Surroundings(friction=walk.friction, payload=walk.payload),
+        estimator=TRUTH if walk.truth else None,
+    )
+
+
+def _check_outputs(walk: BodyWalk) -> None:
+    """Tell before the walk, not after it, that its results could not be kept."""
+    from surefoot.checks import check_writable, optional_module
+
+    optional_module("mujoco", "physics", "mujoco")
+    optional_module("daqp", "inverse dynamics", "mujoco")
+    if walk.save is not None:
+        check_writable(walk.save, (".npz",))
+    if walk.plot is not None:
+        check_plotting()
+        from surefoot.viewers.walk_figure import check_figure_path
+
+        check_figure_path(walk.plot)
+    if walk.video is not None:
+        for module in ("imageio_ffmpeg", "PIL", "matplotlib"):
+            optional_module(module, "films", "video")
+        from surefoot.viewers.body_video import check_video_path
+
+        check_video_path(walk.video)
+
+
+def _film(rollout: Rollout, path: Path) -> None:
+    """Film a walk, with a bar on the error output: the other one may be read by a machine."""
+    from rich.console import Console
+    from rich.progress import Progress
+
+    from surefoot.viewers.body_video import film_walk
+
+    with Progress(console=Console(stderr=True), transient=True) as bars:
+        bar = bars.add_task("filming", total=None)
+        film_walk(rollout, path, lambda done, total: bars.update(bar, completed=done, total=total))
+
+
+def _tell(rollout: Any, as_json: bool) -> None:
+    from surefoot.viewers.body_summary import body_summary, print_body
+
+    if as_json:
+        print_json(body_summary(rollout, rollout.body))
+        return
+    from rich.console import Console
+
+    print_body(rollout, rollout.body, Console())
