@@ -31,3 +31,11 @@ def robot_70kg(robot: sf.Robot) -> sf.Robot:
 def pushed_walk(robot_70kg: sf.Robot) -> sf.Rollout:
     """The paper's push in the third step."""
     return sf.simulate(sf.HybridController(robot_70kg, (0.5, 0.0)), 6.0, [PAPER_PUSH])
+
+
+@pytest.fixture(scope="session")
+def body_control(robot: sf.Robot) -> sf.BodyControl:
+    """The paper's biped in physics, with the unified controller at 0.3 m/s."""
+    multibody = sf.load_multibody(robot)
+    controller = sf.body_controller("unified", sf.walking_robot(multibody), (0.3, 0.0))
+    return sf.body_control(controller, multibody)

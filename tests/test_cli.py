@@ -125,7 +125,7 @@ def test_plot_draws(tmp_path: Path) -> None:
         (["--then", "7,0@1"], "expected at most 2.5000 m/s"),
         (["--velocity", "9", "0"], "expected at most 2.5000 m/s in the direction of (9.0, 0.0)"),
         (["--velocity", "nan", "0"], "two finite numbers"),
-        (["--robot", "atlas"], "expected a preset (paper-biped, paper-table2)"),
+        (["--robot", "atlas"], "expected a preset (g1, h1, paper-biped, paper-table2, talos)"),
         (["--robot", "none.toml"], "readable robot file"),
         (["--duration", "-1"], "`duration` above 0 [s]"),
         (["--duration", "long"], "not a valid float"),

@@ -144,7 +144,7 @@ def keys_of(struct: type, path: str = "") -> set[str]:
     for field in msgspec.structs.fields(struct):
         kinds = get_args(field.type) or (field.type,)  # `Trunk | None` has the keys of Trunk
         nested = [k for k in kinds if isinstance(k, type) and issubclass(k, msgspec.Struct)]
-        keys |= keys_of(nested[0], f"{field.name}.") if nested else {path + field.name}
+        keys |= keys_of(nested[0], f"{path}{field.name}.") if nested else {path + field.name}
     return keys
 
 

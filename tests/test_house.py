@@ -140,11 +140,29 @@ def modules_after(statement: str) -> set[str]:
 OPTIONAL = {"matplotlib", "click", "rich", "pandas", "polars", "mujoco", "viser", "daqp", "casadi"}
 
 
+# What needs an extra of its own.
+OF_EXTRAS = {
+    "BodyControl", "BodyEstimator", "InverseDynamics", "Multibody", "Surroundings", "body_control",
+    "body_controller", "film_walk", "load_multibody", "simulate_body", "walking_robot",
+}  # fmt: skip
+
+
 def test_importing_surefoot_loads_the_core_only() -> None:
-    everything = "import surefoot\nfor name in surefoot.__all__: getattr(surefoot, name)"
-    loaded = modules_after(everything)
+    names = sorted(set(sf.__all__) - OF_EXTRAS)
+    loaded = modules_after(f"import surefoot\nfor name in {names}: getattr(surefoot, name)")
     assert not loaded & OPTIONAL
     assert {"numpy", "numba", "msgspec"} <= loaded
+
+
+@pytest.mark.parametrize("name", sorted(OF_EXTRAS))
+def test_a_name_without_its_extra_says_how_to_install_it(name: str) -> None:
+    code = (
+        "import sys; sys.modules['mujoco'] = None; import surefoot\n"
+        f"try: surefoot.{name}\n"
+        "except surefoot.MissingExtraError as error: print(error)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert 'run: pip install "surefoot[' in done.stdout
 
 
 def test_help_loads_next_to_nothing() -> None:

@@ -26,7 +26,7 @@ def test_presets_hold_the_tables_of_the_paper() -> None:
 
 def test_a_file_of_ones_own(tmp_path: Path) -> None:
     path = tmp_path / "mine.toml"
-    path.write_text(GOOD.replace('"paper-biped"', '"mine"').replace("68.0", "51"))
+    path.write_text(GOOD.replace('"paper-biped"', '"mine"', 1).replace("68.0", "51"))
     robot = sf.load_robot(path)
     assert (robot.name, robot.mass) == ("mine", 51.0)
 

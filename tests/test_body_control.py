@@ -1,0 +1,123 @@
+"""Walking a body: left is right, speed and heading are held, turning and standing."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import surefoot as sf
+from surefoot.control.body_control import BodyControl
+from surefoot.control.body_walk import STAND, WALK
+from surefoot.control.inverse_dynamics import InverseDynamics
+from surefoot.control.steering import Course, Steering, rotated
+from surefoot.models.multibody import Multibody
+from surefoot.simulation.body_plant import BodyPlant
+
+
+@pytest.fixture(scope="module")
+def multibody(robot: sf.Robot) -> Multibody:
+    return sf.load_multibody(robot)
+
+
+def control_of(
+    multibody: Multibody, velocity: tuple[float, float], side: sf.Side = sf.Side.RIGHT
+) -> BodyControl:
+    controller = sf.body_controller("unified", sf.walking_robot(multibody), velocity)
+    return BodyControl(controller, multibody, InverseDynamics(multibody), first_support=side)
+
+
+def walk(
+    control: BodyControl, seconds: float, steering: Steering, push: sf.Push | None = None
+) -> tuple[np.ndarray, BodyPlant]:
+    """CoM, heading and DCM of every cycle, with the truth for an estimate."""
+    plant = BodyPlant(control.multibody, pushes=[push] if push else [])
+    state, rows = control.start(), []
+    for _ in range(round(seconds * 1000)):
+        command, state = control.step(
+            state, plant.time, plant.position, plant.velocity, plant.foot_force, steering
+        )
+        plant.act(command)
+        assert plant.state() == STAND
+        rows.append([*control.mechanics.com, float(state.walk["heading"][0])])
+    return np.array(rows), plant
+
+
+def test_left_is_right(multibody: Multibody) -> None:
+    push = sf.Push(2.0, 0.2, (30.0, 60.0))
+    mirror = sf.Push(2.0, 0.2, (30.0, -60.0))
+    left, _ = walk(control_of(multibody, (0.2, 0.05)), 3.0, Steering((0.2, 0.05)), push)
+    control = control_of(multibody, (0.2, -0.05), sf.Side.LEFT)
+    right, _ = walk(control, 3.0, Steering((0.2, -0.05)), mirror)
+    # Rounding differs, and a walk grows it: e^(omega T) a step.
+    assert right[:, [0, 2]] == pytest.approx(left[:, [0, 2]], abs=1e-6)
+    assert right[:, 1] == pytest.approx(-left[:, 1], abs=1e-6)
+
+
+@pytest.mark.parametrize("velocity", [(0.3, 0.0), (-0.2, 0.0), (0.0, 0.1)])
+def test_the_speed_is_held(multibody: Multibody, velocity: tuple[float, float]) -> None:
+    rows, _ = walk(control_of(multibody, velocity), 9.0, Steering(velocity))
+    mean = (rows[-1, :2] - rows[4000, :2]) / (1e-3 * (len(rows) - 1 - 4000))
+    # Over five seconds: 5 % of the speed, and what a step of the sway is worth.
+    assert mean == pytest.approx(velocity, abs=0.05 * math.hypot(*velocity) + 0.012)
+    assert abs(rows[-1, 3]) < math.radians(2.0)
+
+
+def test_it_turns_at_the_rate_that_is_asked(multibody: Multibody) -> None:
+    rows, _ = walk(control_of(multibody, (0.2, 0.0)), 8.0, Steering((0.2, 0.0), turning=0.3))
+    rate = (rows[-1, 3] - rows[3000, 3]) / (1e-3 * (len(rows) - 1 - 3000))
+    assert rate == pytest.approx(0.3, rel=0.1)
+
+
+def test_a_body_that_is_to_stand_stands(multibody: Multibody) -> None:
+    control, steering = control_of(multibody, (0.0, 0.0)), Steering(standing=True)
+    rows, plant = walk(control, 2.0, steering)
+    assert np.abs(rows[-1, :2]).max() < 0.02
+    assert np.abs(plant.velocity).max() < 0.01
+
+
+def test_steps_begin_after_a_stand(multibody: Multibody) -> None:
+    control, plant = control_of(multibody, (0.0, 0.0)), BodyPlant(multibody)
+    state, phases = control.start(), []
+    for _ in range(1500):
+        command, state = control.step(
+            state, plant.time, plant.position, plant.velocity, plant.foot_force, Steering()
+        )
+        plant.act(command)
+        phases.append(int(state.walk["phase"][0]))
+    assert phases[0] == STAND
+    assert phases[-1] == WALK
+    assert phases == sorted(phases)
+
+
+def test_a_course_is_an_arc() -> None:
+    turning, speed = 0.5, 0.3
+    course = Course((0.0, 0.0), 0.0, 0.0)
+    steering = Steering((speed, 0.0), turning)
+    for time in np.arange(1, 2001) * 1e-3:
+        course = course.moved(steering, float(time))
+    radius, angle = speed / turning, turning * 2.0
+    expected = (radius * math.sin(angle), radius * (1.0 - math.cos(angle)))
+    assert course.place == pytest.approx(expected, abs=1e-6)
+    assert course.heading == pytest.approx(angle)
+
+
+def test_a_course_waits_and_pulls() -> None:
+    course = Course((1.0, 0.0), math.pi / 2, 0.0)
+    assert course.waiting_for((0.0, 0.0), 0.3).place == pytest.approx((0.3, 0.0))
+    assert course.waiting_for((0.9, 0.0), 0.3) == course
+    # Ahead in the world is to the right of a robot that heads to the left.
+    assert course.correction((0.0, 0.0), 0.5, 1.0) == pytest.approx((0.0, -0.5))
+    assert course.correction((0.0, 0.0), 0.5, 0.1) == pytest.approx((0.0, -0.1))
+
+
+def test_a_turn_and_back_is_nothing() -> None:
+    assert rotated(rotated((0.3, -0.2), 0.7), -0.7) == pytest.approx((0.3, -0.2))
+
+
+def test_a_steering_that_is_no_number_is_refused() -> None:
+    with pytest.raises(sf.ParameterError, match="turning"):
+        Steering(turning=math.nan)
+    with pytest.raises(sf.ParameterError, match="velocity"):
+        Steering(velocity=(0.3, math.inf))

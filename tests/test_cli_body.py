@@ -1,0 +1,175 @@
+"""`surefoot walk --simulator mujoco`."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner, Result
+
+import surefoot as sf
+from surefoot.cli import main
+
+PHYSICS = ("walk", "--simulator", "mujoco")
+
+
+def run(*arguments: str) -> Result:
+    result = CliRunner().invoke(main, list(arguments))
+    assert not isinstance(result.exception, Exception), result.exception
+    return result
+
+
+def told(*arguments: str) -> dict:
+    return json.loads(run(*PHYSICS, *arguments, "--json").stdout)
+
+
+def test_it_tells_what_happened() -> None:
+    result = run(*PHYSICS, "--duration", "3")
+    assert result.exit_code == 0
+    words = " ".join(result.output.split())
+    assert "paper-biped (68 kg) in physics with UnifiedController" in words
+    assert "told an estimate from its sensors" in words
+    assert "from 0 s: walk at (0.3, 0) m/s" in words
+    for name in ("steps", "knees", "clearance", "largest torques", "estimate off by"):
+        assert name in words
+    assert "walked for 3 s" in words
+
+
+def test_json_has_what_the_point_mass_has_and_the_body() -> None:
+    point = json.loads(run("walk", "--duration", "2", "--json").stdout)
+    physics = told("--duration", "3", "--truth", "--push", "40,0@1.5+0.1")
+    assert set(point) < set(physics)
+    assert physics["outcome"] == "recovered"
+    assert physics["fall"] is None
+    body = physics["body"]
+    assert body["senses"] == "truth"
+    for name in (
+        "speed_held", "lateral_drift", "heading_error", "torque_part", "knees", "clearance",
+        "estimate", "cycle_time", "real_time_factor", "fall_cause",
+    ):  # fmt: skip
+        assert name in body
+    assert body["fall_cause"] is None
+    assert body["commanded"] == [0.3, 0.0]
+    assert body["estimate"] == {}
+    assert 0.0 < body["cycle_time"]["p50"] <= body["cycle_time"]["p99"]
+    assert body["real_time_factor"] > 0.0
+    for step in physics["steps"]:
+        assert 0.1 < step["duration"] < 1.0
+
+
+def test_a_fall_exits_with_1_and_names_its_cause() -> None:
+    arguments = ("--duration", "4", "--truth", "--push", "0,1500@1.5+0.1")
+    result = run(*PHYSICS, *arguments)
+    assert result.exit_code == 1
+    physics = told(*arguments)
+    cause = physics["body"]["fall_cause"]
+    assert cause in {one.value for one in sf.FallCause}
+    assert f"fell: {cause} at" in result.output
+    assert physics["body"]["fall"]["end"] == pytest.approx(physics["duration"] + 0.001)
+
+
+def test_commands_change_on_the_way(tmp_path: Path) -> None:
+    path = tmp_path / "walk.npz"
+    result = run(
+        *PHYSICS, "--truth", "--velocity", "0.2", "0", "--turning", "0.2", "--then", "0.1,0@2",
+        "--stand-at", "3", "--duration", "5", "--friction", "0.7", "--payload", "2",
+        "--leg-speed", "3.5", "--save", str(path),
+    )  # fmt: skip
+    assert result.exit_code == 0, result.output
+    rollout = sf.load_rollout(path)
+    assert rollout.body is not None
+    assert rollout.body.steering == (
+        (0.0, (0.2, 0.0), 0.2, False),
+        (2.0, (0.1, 0.0), 0.2, False),
+        (3.0, (0.0, 0.0), 0.0, True),
+    )
+    assert rollout.body.surroundings == "Surroundings(friction=0.7, payload=2.0, mass_factor=1.0)"
+    assert rollout.body.believed.swing.max_speed == 3.5
+    assert not rollout.body.walking[-1]
+
+
+def test_another_method_and_a_picture(tmp_path: Path) -> None:
+    path = tmp_path / "walk.png"
+    result = run(
+        *PHYSICS, "--truth", "--controller", "hybrid", "--duration", "2", "--plot", str(path)
+    )
+    assert result.exit_code == 0, result.output
+    assert "HybridController" in result.output
+    assert path.read_bytes().startswith(b"\x89PNG")
+
+
+def test_a_film(tmp_path: Path) -> None:
+    path = tmp_path / "walk.gif"
+    result = run(*PHYSICS, "--truth", "--duration", "0.3", "--video", str(path))
+    if "OpenGL" in result.output:
+        pytest.skip(result.output)
+    assert result.exit_code == 0, result.output
+    assert path.read_bytes().startswith(b"GIF89a")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["walk", "--truth"], "expected --truth with --simulator mujoco; got --simulator lipm"),
+        (["walk", "--turning", "0.1"], "--turning with --simulator mujoco"),
+        (["walk", "--stand-at", "2"], "--stand-at with --simulator mujoco"),
+        (["walk", "--friction", "0.5"], "--friction with --simulator mujoco"),
+        (["walk", "--payload", "5"], "--payload with --simulator mujoco"),
+        (["walk", "--video", "a.mp4"], "--video with --simulator mujoco"),
+        (
+            [*PHYSICS, "--unprojected"],
+            "--unprojected with --simulator lipm; got --simulator mujoco",
+        ),
+        ([*PHYSICS, "--double-support", "0.2"], "--double-support with --simulator lipm"),
+        ([*PHYSICS, "--footholds", "a.csv"], "--footholds with --simulator lipm"),
+        ([*PHYSICS, "--plot-decisions", "a.png"], "--plot-decisions with --simulator lipm"),
+        ([*PHYSICS, "--robot", "paper-table2"], "a robot with a [body] table"),
+        ([*PHYSICS, "--friction", "0"], "`friction` above 0 [-]"),
+        ([*PHYSICS, "--payload", "-1"], "`payload` of at least 0 [kg]"),
+        ([*PHYSICS, "--turning", "nan"], "`turning` of at least -inf [rad/s] and finite"),
+        ([*PHYSICS, "--velocity", "9", "0"], "expected at most"),
+        ([*PHYSICS, "--then", "9,0@1"], "expected at most"),
+        ([*PHYSICS, "--then", "0.1,0@2", "--then", "0.1,0@1"], "--then in order of time"),
+        ([*PHYSICS, "--then", "0.1,0@2", "--stand-at", "1"], "--stand-at after every --then"),
+        ([*PHYSICS, "--duration", "0"], "`duration` above 0 [s]"),
+        ([*PHYSICS, "--video", "walk.avi"], "a path ending in .mp4, .gif"),
+        ([*PHYSICS, "--video", "no/such/walk.mp4"], "a directory that exists"),
+        ([*PHYSICS, "--save", "walk.xyz"], "a path ending in .npz"),
+    ],
+)
+def test_misuse_exits_with_2_and_says_what_to_do(arguments: list[str], message: str) -> None:
+    if "--duration" not in arguments:
+        # Had the walk begun before the mistake was told, this would not end.
+        arguments = [*arguments, "--duration", "1e6"]
+    result = run(*arguments)
+    assert result.exit_code == 2, result.output
+    assert message in result.output
+
+
+@pytest.mark.parametrize(
+    ("module", "option", "extra"),
+    [
+        ("mujoco", [], "mujoco"),
+        ("daqp", [], "mujoco"),
+        ("imageio_ffmpeg", ["--video", "a.mp4"], "video"),
+        ("PIL", ["--video", "a.mp4"], "video"),
+        ("matplotlib", ["--plot", "a.png"], "plot"),
+    ],
+)
+def test_a_missing_extra_is_named(
+    module: str, option: list[str], extra: str, tmp_path: Path
+) -> None:
+    code = (
+        f"import sys; sys.modules['{module}'] = None\n"
+        f"from surefoot.cli import main; main({[*PHYSICS, *option]!r})"
+    )
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, cwd=tmp_path, env=environment
+    )
+    assert done.returncode == 2, done.stderr
+    assert f'run: pip install "surefoot[{extra}]"' in done.stderr

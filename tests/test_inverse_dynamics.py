@@ -1,0 +1,158 @@
+"""Whole-body inverse dynamics: the motion is the mechanism's own, and no limit is passed."""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+import surefoot as sf
+from surefoot.control.inverse_dynamics import InverseDynamics
+from surefoot.models.body_reference import BODY_REFERENCE
+from surefoot.models.mechanics import Mechanics
+from surefoot.models.motors import torque_range
+from surefoot.models.multibody import Multibody
+
+SEEDS = range(12)
+
+
+@pytest.fixture(scope="module")
+def multibody(robot: sf.Robot) -> Multibody:
+    return sf.load_multibody(robot)
+
+
+def random_state(
+    multibody: Multibody, seed: int
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    rng, model = np.random.default_rng(seed), multibody.model
+    position, velocity = multibody.nominal.copy(), rng.normal(0.0, 0.4, model.nv)
+    mujoco.mj_integratePos(model, position, rng.normal(0.0, 0.15, model.nv), 1.0)
+    return position, velocity
+
+
+def random_reference(seed: int, stands: tuple[int, int]) -> NDArray[np.void]:
+    rng, reference = np.random.default_rng(100 + seed), np.zeros(1, BODY_REFERENCE)
+    reference["stands"] = stands
+    reference["zmp"] = rng.uniform(-0.1, 0.1, 2)
+    reference["com_acceleration"] = rng.uniform(-3.0, 3.0, 3)
+    reference["swing_foot"] = rng.uniform((-0.3, -0.3, 0.0), (0.3, 0.3, 0.1))
+    reference["swing_foot_acceleration"] = rng.uniform(-30.0, 30.0, 3)
+    return reference
+
+
+@pytest.mark.parametrize("stands", [(1, 0), (0, 1), (1, 1)])
+@pytest.mark.parametrize("seed", SEEDS)
+def test_the_motion_is_the_mechanisms_own(
+    multibody: Multibody, seed: int, stands: tuple[int, int]
+) -> None:
+    mapping, mechanics = InverseDynamics(multibody), Mechanics(multibody)
+    mechanics.update(*random_state(multibody, seed))
+    command = mapping.joints(mechanics, random_reference(seed, stands))
+    answer = mapping.answer()
+    force = np.zeros(multibody.model.nv)
+    for wrench, side in zip(answer.wrenches, np.flatnonzero(stands), strict=True):
+        axes, jacobian = mechanics.sole_axes[side], mechanics.sole_jacobian[side]
+        force += jacobian[:3].T @ (axes @ wrench[:3]) + jacobian[3:].T @ (axes @ wrench[3:])
+    residual = mechanics.inertia @ answer.acceleration + mechanics.bias - force
+    residual[multibody.motor_dofs] -= command.torque
+    assert command.status >= 1
+    assert np.abs(residual[multibody.passive_dofs]).max() < 1e-9
+    # A motor at its limit gives no more than that, where the solver is off by its tolerance.
+    limited = np.abs(command.torque) > multibody.torque * (1.0 - 1e-6)
+    assert np.abs(residual[multibody.motor_dofs][~limited]).max() < 1e-6
+    assert np.abs(residual).max() < 1e-4
+
+
+@pytest.mark.parametrize("stands", [(1, 0), (0, 1), (1, 1)])
+@pytest.mark.parametrize("seed", SEEDS)
+def test_friction_soles_and_torques_are_respected(
+    multibody: Multibody, seed: int, stands: tuple[int, int]
+) -> None:
+    mapping, mechanics = InverseDynamics(multibody, friction=0.5), Mechanics(multibody)
+    mechanics.update(*random_state(multibody, seed))
+    command = mapping.joints(mechanics, random_reference(seed, stands))
+    half = np.array(multibody.robot.foot.half) * mapping.sole_part
+    for wrench in mapping.answer().wrenches:
+        up = wrench[2]
+        assert up > -1e-6
+        assert np.abs(wrench[:2]).max() <= 0.5 * up + 1e-6
+        assert abs(wrench[3]) <= half[1] * up + 1e-6
+        assert abs(wrench[4]) <= half[0] * up + 1e-6
+    for torque, most, dof, limit in zip(
+        command.torque, multibody.torque, multibody.motor_dofs, multibody.speed, strict=True
+    ):
+        low, high = torque_range(most, mechanics.velocity[dof], limit)
+        assert low - 1e-6 <= torque <= high + 1e-6
+
+
+def mirrored(multibody: Multibody, vector: NDArray[np.float64], dofs: bool) -> NDArray[np.float64]:
+    """A state or velocity with left and right exchanged."""
+    out, model = vector.copy(), multibody.model
+    first = 6 if dofs else 7
+    if dofs:
+        out[[1, 3, 5]] *= -1.0
+    else:
+        out[1] *= -1.0
+        out[[4, 6]] *= -1.0
+    for joint in range(1, model.njnt):
+        name = model.joint(joint).name
+        side, other = ("left", "right") if name.startswith("left") else ("right", "left")
+        partner = model.joint(name.replace(side, other)).id
+        turns = "roll" in name or "yaw" in name
+        where = model.jnt_dofadr if dofs else model.jnt_qposadr
+        assert where[joint] >= first
+        out[where[partner]] = vector[where[joint]] * (-1.0 if turns else 1.0)
+    return out
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_left_and_right_are_the_same(multibody: Multibody, seed: int) -> None:
+    mechanics, reference = Mechanics(multibody), random_reference(seed, (1, 0))
+    position, velocity = random_state(multibody, seed)
+    mechanics.update(position, velocity)
+    torque = InverseDynamics(multibody).joints(mechanics, reference).torque.copy()
+    mirror = reference.copy()
+    mirror["stands"] = (0, 1)
+    for name in ("zmp", "com_acceleration", "swing_foot", "swing_foot_acceleration"):
+        mirror[name][0, 1] *= -1.0
+    mechanics.update(mirrored(multibody, position, False), mirrored(multibody, velocity, True))
+    other = InverseDynamics(multibody).joints(mechanics, mirror).torque
+    names = multibody.joint_names
+    for number, name in enumerate(names):
+        side, partner = ("left", "right") if name.startswith("left") else ("right", "left")
+        sign = -1.0 if "roll" in name or "yaw" in name else 1.0
+        expected = sign * torque[names.index(name.replace(side, partner))]
+        assert other[number] == pytest.approx(expected, abs=1e-6)
+
+
+def test_the_soles_jacobian_is_the_derivative_of_their_place(multibody: Multibody) -> None:
+    mechanics = Mechanics(multibody)
+    position, velocity = random_state(multibody, 3)
+    mechanics.update(position, velocity)
+    speed, drift = mechanics.sole_velocity.copy(), mechanics.sole_drift.copy()
+    com_velocity, step = mechanics.com_velocity.copy(), 1e-6
+    places, speeds, coms = [], [], []
+    for sign in (-1.0, 1.0):
+        moved = position.copy()
+        mujoco.mj_integratePos(multibody.model, moved, velocity, sign * step)
+        mechanics.update(moved, velocity)
+        places.append(mechanics.sole_position.copy())
+        speeds.append(mechanics.sole_velocity.copy())
+        coms.append(mechanics.com.copy())
+    assert (places[1] - places[0]) / (2 * step) == pytest.approx(speed[:, :3], abs=1e-6)
+    assert (speeds[1] - speeds[0]) / (2 * step) == pytest.approx(drift, abs=1e-5)
+    assert (coms[1] - coms[0]) / (2 * step) == pytest.approx(com_velocity, abs=1e-6)
+
+
+def test_a_standing_body_carries_its_weight(multibody: Multibody) -> None:
+    mapping, reference = InverseDynamics(multibody), np.zeros(1, BODY_REFERENCE)
+    reference["stands"] = 1
+    mapping.joints(Mechanics(multibody), reference)
+    weight = multibody.mass * 9.80665
+    assert mapping.answer().wrenches[:, 2].sum() == pytest.approx(weight, rel=1e-3)
+
+
+def test_a_weight_that_is_not_known_is_refused(multibody: Multibody) -> None:
+    with pytest.raises(sf.ParameterError, match="swing_height"):
+        InverseDynamics(multibody, weights={"swing_hight": 1.0})
