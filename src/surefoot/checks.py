@@ -77,6 +77,19 @@ def check_pair(name: str, value: tuple[float, float], least: float, unit: str) -
         check_number(name, component, least, unit)
 
 
+def check_seed(seed: int) -> None:
+    """Refuse a seed of random numbers that is no whole number, negative or too large.
+
+    Raises:
+        ParameterError: the seed is not allowed.
+    """
+    whole = isinstance(seed, int) and not isinstance(seed, bool)
+    if not whole or not 0 <= seed < 2**63:
+        raise ParameterError(
+            "`seed` as a whole number from 0 to 2^63 - 1", repr(seed), "0 is usual"
+        )
+
+
 def check_writable(path: Path, suffixes: Sequence[str]) -> None:
     """Refuse a file that could not be written, before the work whose result it is to hold.
 

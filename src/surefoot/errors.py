@@ -40,6 +40,18 @@ class StudyError(SurefootError, RuntimeError):
     """A study cannot go on; what it has measured is kept."""
 
 
+class DisplayError(SurefootError, RuntimeError):
+    """This machine cannot draw in three dimensions."""
+
+    def __init__(self, cause: Exception) -> None:
+        super().__init__(
+            "OpenGL that draws without a screen",
+            f"{type(cause).__name__}: {cause}",
+            "install Mesa (Debian: apt install libegl1 libgl1-mesa-dri) and set MUJOCO_GL=egl, "
+            "or leave the picture out",
+        )
+
+
 class MissingExtraError(SurefootError, ImportError):
     """An optional part of Surefoot is not installed."""
 
