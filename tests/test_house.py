@@ -142,8 +142,9 @@ OPTIONAL = {"matplotlib", "click", "rich", "pandas", "polars", "mujoco", "viser"
 
 # What needs an extra of its own.
 OF_EXTRAS = {
-    "BodyControl", "BodyEstimator", "InverseDynamics", "Multibody", "Surroundings", "body_control",
-    "body_controller", "film_walk", "load_multibody", "simulate_body", "walking_robot",
+    "BodyControl", "BodyEstimator", "BodyNoise", "InverseDynamics", "Multibody", "Surroundings",
+    "body_control", "body_controller", "film_walk", "load_multibody", "simulate_body",
+    "walking_robot",
 }  # fmt: skip
 
 
