@@ -67,6 +67,16 @@ def test_footsteps_are_where_soles_stand(steered: sf.Rollout) -> None:
         assert 0.2 <= step.duration <= 0.7
 
 
+def test_standing_belongs_to_no_step(steered: sf.Rollout) -> None:
+    walking = np.flatnonzero(body_of(steered).walking)
+    first, last = steered.footsteps[0], steered.footsteps[-1]
+    assert first.start == pytest.approx(steered.time[walking[0]])
+    assert last.start + last.duration == pytest.approx(steered.time[walking[-1] + 1])
+    assert steered.observations["support_side"][0] == first.side
+    assert steered.observations["elapsed"][walking[0] - 1] == 0.0
+    assert (steered.commands["double_support"] == ~body_of(steered).walking).all()
+
+
 def test_the_truth_is_that_of_the_mechanism(steered: sf.Rollout) -> None:
     trace = body_of(steered)
     multibody = sf.load_multibody(trace.robot)
@@ -203,7 +213,8 @@ def test_speed_is_measured_once_it_is_settled(control: sf.BodyControl) -> None:
     measures = sf.measure_body(rollout, body_of(rollout))
     assert measures.speed is not None
     assert measures.speed[0] == pytest.approx(0.3, abs=0.06)
-    brief = sf.simulate_body(control, 1.5, estimator="truth")
+    brief = sf.simulate_body(control, 4.0, estimator="truth")
+    assert len(brief.footsteps) > 4
     assert sf.measure_body(brief, body_of(brief)).speed is None
 
 
@@ -235,6 +246,11 @@ def test_noise_comes_between_sensors_and_estimator(control: sf.BodyControl) -> N
     clean, noisy = (sf.simulate_body(control, 0.3, noise=noise) for noise in (None, Offset()))
     assert body_of(noisy).told_velocity.tobytes() != body_of(clean).told_velocity.tobytes()
     assert "Offset" in body_of(noisy).senses
+    usual = sf.simulate_body(control, 0.3)
+    assert body_of(usual).told_velocity.tobytes() != body_of(clean).told_velocity.tobytes()
+    assert "BodyNoise(" in body_of(usual).senses
+    other = sf.simulate_body(control, 0.3, noise=sf.BodyNoise(seed=1))
+    assert body_of(usual).told_velocity.tobytes() != body_of(other).told_velocity.tobytes()
 
 
 @pytest.mark.parametrize(

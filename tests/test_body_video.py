@@ -47,9 +47,9 @@ def film_of(rollout: sf.Rollout, rows: list[int]) -> Film:
 
 @pytest.fixture(scope="module")
 def pictures(walk: sf.Rollout) -> list[np.ndarray]:
-    """Standing, walking, and while it is pushed."""
+    """Standing, walking some time after the push, and while it is pushed."""
     try:
-        return list(film_of(walk, [0, 1150, 1250]).pictures())
+        return list(film_of(walk, [0, 1800, 1250]).pictures())
     except sf.SurefootError as error:
         if "OpenGL" in str(error):
             pytest.skip(str(error))
@@ -75,7 +75,9 @@ def test_pictures_have_sky_floor_and_robot(pictures: list[np.ndarray]) -> None:
 
 
 def test_the_push_is_shown_while_it_acts(pictures: list[np.ndarray]) -> None:
-    assert [has_colour(picture, palette.PUSH) for picture in pictures] == [False, False, True]
+    # Not in the words about it, which are below.
+    shown = [has_colour(picture[100:430], palette.PUSH) for picture in pictures]
+    assert shown == [False, False, True]
 
 
 def test_the_next_step_is_shown_in_a_step(pictures: list[np.ndarray]) -> None:
@@ -85,7 +87,7 @@ def test_the_next_step_is_shown_in_a_step(pictures: list[np.ndarray]) -> None:
 
 
 def test_pictures_do_not_depend_on_the_past(walk: sf.Rollout, pictures: list[np.ndarray]) -> None:
-    (again,) = film_of(walk, [1150]).pictures()
+    (again,) = film_of(walk, [1800]).pictures()
     assert np.abs(again.astype(int) - pictures[1].astype(int)).mean() < 0.05
 
 

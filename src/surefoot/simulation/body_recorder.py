@@ -33,6 +33,31 @@ class Record:
     clock: NDArray[np.int64]
 
 
+class _Numbers:
+    """Arrays side by side in one row a cycle: one copy is faster than many.
+
+    Args:
+        sources: the arrays by name, or how long one is that comes later; and how it is kept.
+        cycles: how many rows there are.
+    """
+
+    def __init__(self, sources: dict[str, tuple[Any, str]], cycles: int) -> None:
+        self.views = [view for view, _ in sources.values() if not isinstance(view, int)]
+        self._columns, width = {}, 0
+        for name, (view, kind) in sources.items():
+            first, width = width, width + (view if isinstance(view, int) else len(view))
+            self._columns[name] = (slice(first, width), kind)
+        # Written to now: np.zeros would have the system find the memory in the middle of a cycle.
+        self.rows = np.full((cycles, width), np.nan)
+
+    def arrays(self, cycles: int) -> dict[str, NDArray[Any]]:
+        """Every array by itself, shape (cycles, ...)."""
+        return {
+            name: np.ascontiguousarray(self.rows[:cycles, columns], kind)
+            for name, (columns, kind) in self._columns.items()
+        }
+
+
 class BodyRecorder:
     """Rows for every cycle of a walk, ready to be filled.
 
@@ -45,7 +70,7 @@ class BodyRecorder:
 
     def __init__(self, plant: BodyPlant, state: WalkerState, estimates: bool, cycles: int) -> None:
         data, multibody = plant.data, plant.multibody
-        self._plant, self._base, self._estimates = plant, multibody.base, estimates
+        self._plant, self._estimates = plant, estimates
         left, right = multibody.soles
         first, second = multibody.feet
         sources = {
@@ -65,59 +90,51 @@ class BodyRecorder:
             "left_wrench": (data.cfrc_ext[first], "f8"),
             "right_wrench": (data.cfrc_ext[second], "f8"),
         }
-        self._state = {n: np.zeros((cycles, len(v)), kind) for n, (v, kind) in sources.items()}
-        self._effect = {n: np.zeros((cycles, len(v)), kind) for n, (v, kind) in effects.items()}
-        self._before = [(self._state[name], view) for name, (view, _) in sources.items()]
-        self._after = [(self._effect[name], view) for name, (view, _) in effects.items()]
-        rows = cycles if estimates else 0
-        self._told = {
-            "told_position": np.zeros((rows, multibody.model.nq), "f4"),
-            "told_velocity": np.zeros((rows, multibody.model.nv), "f4"),
-            "walk": np.zeros(cycles, state.walk.dtype),
-            "observation": np.zeros(cycles, OBSERVATION),
-            "command": np.zeros(cycles, COMMAND),
-            "course": np.zeros((cycles, 3)),
-            "solver": np.zeros(cycles, "i2"),
+        told = {
+            "told_position": (multibody.model.nq, "f4"),
+            "told_velocity": (multibody.model.nv, "f4"),
         }
-        self._course: tuple[Any, tuple[float, float, float]] = (None, (0.0, 0.0, 0.0))
-        self._clock = np.zeros((cycles, 4), np.int64)
+        self._state, self._effect = _Numbers(sources, cycles), _Numbers(effects, cycles)
+        self._told = _Numbers(told, cycles if estimates else 0)
+        kinds = {"walk": state.walk.dtype, "observation": OBSERVATION, "command": COMMAND}
+        self._records = {n: (kind, bytearray(cycles * kind.itemsize)) for n, kind in kinds.items()}
+        self._solver, self._course = [0] * cycles, [(0.0, 0.0, 0.0)] * cycles
+        self._clock = [(0, 0, 0, 0)] * cycles
 
     def see(self, row: int, position: NDArray[np.float64], velocity: NDArray[np.float64]) -> None:
         """Before a cycle of physics: the truth, and what the walker is told of it."""
         mujoco.mj_subtreeVel(self._plant.model, self._plant.data)
-        for rows, view in self._before:
-            rows[row] = view
+        np.concatenate(self._state.views, out=self._state.rows[row])
         if self._estimates:
-            self._told["told_position"][row] = position
-            self._told["told_velocity"][row] = velocity
+            np.concatenate((position, velocity), out=self._told.rows[row])
 
     def hear(self, row: int, state: WalkerState, command: JointCommand) -> None:
         """What the walker has decided."""
-        told, here = self._told, slice(row, row + 1)
-        told["walk"][here] = state.walk
-        told["observation"][here] = state.observation.array
-        told["command"][here] = state.command.array
-        told["solver"][row] = command.status
-        if state.course is not self._course[0]:
-            x, y = state.course.place
-            self._course = (state.course, (x, y, state.course.heading))
-        told["course"][row] = self._course[1]
+        self._keep("walk", row, state.walk)
+        self._keep("observation", row, state.observation.array)
+        self._keep("command", row, state.command.array)
+        self._solver[row] = command.status
+        x, y = state.course.place
+        self._course[row] = (x, y, state.course.heading)
+
+    def _keep(self, name: str, row: int, record: NDArray[np.void]) -> None:
+        """A record by its bytes: NumPy would copy it field by field, fifty times slower."""
+        kind, rows = self._records[name]
+        rows[row * kind.itemsize : (row + 1) * kind.itemsize] = record.tobytes()
 
     def feel(self, row: int, clock: tuple[int, int, int, int]) -> None:
         """After the cycle: motors, forces of the floor, and how long all of it took."""
-        for rows, view in self._after:
-            rows[row] = view
+        np.concatenate(self._effect.views, out=self._effect.rows[row])
         self._clock[row] = clock
 
     def record(self, cycles: int) -> Record:
         """All rows so far."""
-        return Record(
-            _cut(self._state, cycles),
-            _cut(self._effect, cycles),
-            _cut(self._told, cycles),
-            self._clock[:cycles],
-        )
-
-
-def _cut(rows: dict[str, NDArray[Any]], cycles: int) -> dict[str, NDArray[Any]]:
-    return {name: array[:cycles] for name, array in rows.items()}
+        told: dict[str, NDArray[Any]] = {
+            **self._told.arrays(cycles),
+            "course": np.array(self._course[:cycles]).reshape(-1, 3),
+            "solver": np.array(self._solver[:cycles], "i2"),
+        }
+        for name, (kind, rows) in self._records.items():
+            told[name] = np.frombuffer(bytes(rows[: cycles * kind.itemsize]), kind)
+        clock = np.array(self._clock[:cycles], np.int64).reshape(-1, 4)
+        return Record(self._state.arrays(cycles), self._effect.arrays(cycles), told, clock)

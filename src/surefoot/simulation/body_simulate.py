@@ -16,6 +16,7 @@ from surefoot.models.multibody import TIME_STEP
 from surefoot.models.pushes import Push
 from surefoot.models.steering import Steering
 from surefoot.models.walker import WALKING, Walker
+from surefoot.simulation.body_noise import BodyNoise
 from surefoot.simulation.body_plant import BodyPlant, Surroundings
 from surefoot.simulation.body_recorder import BodyRecorder, Record
 from surefoot.simulation.body_senses import BodySight, SenseNoise
@@ -32,6 +33,9 @@ from surefoot.simulation.rollout import Rollout
 from surefoot.simulation.simulate import describe
 from surefoot.version import VERSION
 
+USUAL_NOISE = BodyNoise()
+"""Of the sensors of a robot, unless it is told."""
+
 TRUTH = "truth"
 """In place of an estimator: the walker is told the true state of its body."""
 
@@ -43,7 +47,7 @@ def simulate_body(
     *,
     steering: Sequence[tuple[float, Steering]] = (),
     surroundings: Surroundings | None = None,
-    noise: SenseNoise | None = None,
+    noise: SenseNoise | None = USUAL_NOISE,
     estimator: BodyEstimator | str | None = None,
 ) -> Rollout:
     """Walk a body in physics, from a stand on both feet.
@@ -55,7 +59,7 @@ def simulate_body(
         steering: (time, command) in order of time [s]; before the first one, and if there is none,
             the robot walks at its controller's velocity.
         surroundings: floor, payload, masses.
-        noise: of the sensors; they are perfect if None.
+        noise: of the sensors, that of usual ones unless told; they are perfect if None.
         estimator: makes a state of what the sensors tell, `BodyEstimator(control.multibody)` if
             None. "truth" tells the true state instead.
 
@@ -70,6 +74,7 @@ def simulate_body(
     check_number("duration", duration, 0.0, "s", above=True)
     route = _route(control, steering)
     eyes = _eyes(control, noise, estimator)
+    noise = None if eyes is None else noise
     plant = BodyPlant(control.multibody, surroundings, pushes)
     sight, state = BodySight(plant, noise, eyes), control.start()
     cycles = round(duration / TIME_STEP) + 1
@@ -121,7 +126,7 @@ def _eyes(
             repr(estimator),
             "leave it out for an estimate from the sensors",
         )
-    if estimator == TRUTH and noise is not None:
+    if estimator == TRUTH and noise not in (None, USUAL_NOISE):
         raise ParameterError(
             "noise with an estimator: the true state has none",
             f"estimator={TRUTH!r} and {noise!r}",
