@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import math
 
+import msgspec
 import numpy as np
 import pytest
 
 import surefoot as sf
 from surefoot.control.body_control import BodyControl
-from surefoot.control.body_walk import STAND, WALK
+from surefoot.control.body_walk import BODY_LIMITS, BODY_WALK, STAND, WALK, keep_apart
 from surefoot.control.inverse_dynamics import InverseDynamics
 from surefoot.control.steering import Course, Steering, rotated
 from surefoot.models.multibody import Multibody
+from surefoot.models.record import new_array
 from surefoot.simulation.body_plant import BodyPlant
 
 
@@ -53,6 +55,50 @@ def test_left_is_right(multibody: Multibody) -> None:
     # Rounding differs, and a walk grows it: e^(omega T) a step.
     assert right[:, [0, 2]] == pytest.approx(left[:, [0, 2]], abs=1e-6)
     assert right[:, 1] == pytest.approx(-left[:, 1], abs=1e-6)
+
+
+@pytest.mark.parametrize("support", [0, 1])
+@pytest.mark.parametrize(("speed", "start"), [(1.0, 0.2), (3.0, 0.5), (0.5, 0.02), (-1.0, 0.02)])
+def test_a_foot_that_swings_inward_stops_before_its_fellow(
+    support: int, speed: float, start: float
+) -> None:
+    limits, walk = new_array(BODY_LIMITS), new_array(BODY_WALK)
+    limits["apart"], limits["braking"], limits["period"] = 0.15, 40.0, 0.001
+    walk["support"] = support
+    side, stance = (1.0 if support == 1 else -1.0), 0.3
+    place = np.array([0.1, stance + side * (0.15 + start)])
+    velocity = np.array([2.0, -side * speed])
+    fastest = 0.0
+    for _ in range(500):
+        before, acceleration = velocity[1], np.array([5.0, 0.0])
+        place += 0.001 * velocity
+        keep_apart(limits[0], walk[0], stance, place, velocity, acceleration)
+        fastest = max(fastest, abs(velocity[1] - before) / 0.001)
+        assert velocity[0] == 2.0
+        assert acceleration[0] == 5.0
+        if speed < 0.0:
+            assert velocity[1] == -side * speed
+    room = side * (place[1] - stance) - 0.15
+    # What is left of the way to the wall within a cycle, when the wall is seen at last.
+    assert room > (-2e-3 if start > 0.1 else -5e-3)
+    assert abs(velocity[1]) < 0.1 or speed < 0.0
+    assert fastest < 50.0 or start < 0.1
+
+
+def test_a_wide_walk_keeps_the_places_of_the_soles(robot: sf.Robot) -> None:
+    body = robot.body
+    assert body is not None
+    wide = msgspec.structs.replace(body, step_width=0.28, gait=None)
+    narrow = msgspec.structs.replace(body, gait=None)
+    walkers = [
+        sf.walking_robot(sf.load_multibody(robot.replace(body=one))) for one in (wide, narrow)
+    ]
+    assert [one.hip for one in walkers] == [0.28, robot.hip]
+    for end in range(2):
+        places = [one.hip + one.gait.step_y[end] for one in walkers]
+        assert places[0] == pytest.approx(places[1])
+    with pytest.raises(sf.RobotError, match="`step_width` of the body to be positive"):
+        msgspec.structs.replace(body, step_width=-0.1)
 
 
 @pytest.mark.parametrize("velocity", [(0.3, 0.0), (-0.2, 0.0), (0.0, 0.1)])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
@@ -14,9 +15,12 @@ import pytest
 import surefoot as sf
 from surefoot.control.methods import METHODS
 from surefoot.models.body_state import BodySenses
+from surefoot.models.footsteps import Footstep
+from surefoot.models.joint_command import JointCommand
 from surefoot.simulation.body_plant import BodyPlant
 from surefoot.simulation.body_recorder import BodyRecorder
 from surefoot.simulation.body_truth import floor_zmp, roll_pitch_yaw
+from surefoot.simulation.outcome import has_walked_on
 
 STEERING = [
     (0.0, sf.Steering((0.2, 0.0))),
@@ -224,7 +228,7 @@ def test_a_push_and_a_payload_act(control: sf.BodyControl) -> None:
     free = sf.simulate_body(control, 0.25, estimator="truth")
     gained = body_of(pushed).com_velocity[200] - body_of(free).com_velocity[200]
     assert gained[0] == pytest.approx(6.0 / 68.0, rel=0.3)
-    assert pushed.outcome is sf.Outcome.RECOVERED
+    assert pushed.outcome is sf.Outcome.UNSETTLED  # it is not yet known what comes of it
     loaded = sf.simulate_body(
         control, 0.25, surroundings=sf.Surroundings(payload=5.0), estimator="truth"
     )
@@ -269,7 +273,9 @@ def test_misuse_is_told(control: sf.BodyControl, arguments: dict, message: str) 
     assert message in str(caught.value)
 
 
-@pytest.mark.parametrize("method", [m for m in METHODS if not m.slow], ids=lambda m: m.key)
+@pytest.mark.parametrize(
+    "method", [m for m in METHODS if not (m.slow or m.leans)], ids=lambda m: m.key
+)
 def test_every_method_walks_or_falls_for_a_reason(method, control: sf.BodyControl) -> None:
     brain = sf.body_controller(method.key, sf.walking_robot(control.multibody), (0.3, 0.0))
     rollout = sf.simulate_body(sf.body_control(brain, control.multibody), 2.4, estimator="truth")
@@ -292,3 +298,64 @@ def test_the_walking_robot_is_that_of_the_body(control: sf.BodyControl) -> None:
     body = msgspec.structs.replace(robot.body, swing=own)
     other = replace(control.multibody, robot=robot.replace(body=body))
     assert sf.walking_robot(other).swing == own
+
+
+class SlowNoise:
+    """Sensors that take a while to simulate, and tell the truth."""
+
+    def start(self) -> None:
+        return None
+
+    def step(self, memory: None, senses: BodySenses) -> tuple[BodySenses, None]:
+        time.sleep(0.25)
+        return senses, None
+
+
+def test_a_cycle_is_timed_without_the_simulator_s_sensors(control: sf.BodyControl) -> None:
+    walk = sf.simulate_body(control, 0.003, noise=SlowNoise())
+    assert walk.body is not None
+    assert np.median(walk.body.sense_time + walk.decision_time) < 0.2
+
+
+def step(index: int, offset: tuple[float, float], duration: float = 0.35) -> Footstep:
+    side = sf.Side.LEFT if index % 2 else sf.Side.RIGHT
+    return Footstep(index, side, (0.0, 0.0), 0.35 * index, duration, (0.0, 0.0), offset, False)
+
+
+@pytest.mark.parametrize(
+    ("count", "offset", "duration", "back"),
+    [
+        (9, (0.06, 0.05), 0.35, True),
+        (8, (0.06, 0.05), 0.35, False),  # too few of them
+        (9, (0.04, 0.07), 0.35, False),  # wide
+        (9, (0.08, 0.05), 0.35, False),  # fast
+        (9, (0.04, 0.05), 0.32, False),  # hurried
+        (20, (0.04, 0.09), 0.32, True),  # for 5 s
+    ],
+)
+def test_a_robot_has_recovered_when_it_steps_as_before_or_for_long(
+    count: int, offset: tuple[float, float], duration: float, back: bool
+) -> None:
+    steps = [step(k, (0.04, 0.05)) for k in range(4)]
+    steps += [step(k, offset, duration) for k in range(5, count)]
+    push = sf.Push(1.5, 0.2, (100.0, 0.0))
+    assert has_walked_on(steps, [push], 0.35 * count) == back
+
+
+def test_pushes_and_payload_act_where_the_robot_says(robot: sf.Robot) -> None:
+    body = robot.body
+    assert body is not None
+    thigh = robot.replace(body=msgspec.structs.replace(body, trunk="left_thigh"))
+    multibody = sf.load_multibody(thigh)
+    plant = BodyPlant(multibody, sf.Surroundings(payload=5.0), [sf.Push(0.0, 0.1, (50.0, 0.0))])
+    link = plant.model.body("left_thigh").id
+    assert multibody.trunk == link != multibody.base
+    usual = multibody.model.body_mass
+    assert plant.model.body_mass[link] == pytest.approx(usual[link] + 5.0)
+    assert plant.model.body_mass.sum() == pytest.approx(usual.sum() + 5.0)
+    plant.act(JointCommand(len(multibody.motors), multibody.model.nv))
+    assert plant.data.xfrc_applied[link, 0] == 50.0
+    assert not plant.data.xfrc_applied[multibody.base].any()
+    chest = robot.replace(body=msgspec.structs.replace(body, trunk="chest"))
+    with pytest.raises(sf.RobotError, match=r"a body of the model \(.*'chest'"):
+        sf.load_multibody(chest)

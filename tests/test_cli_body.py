@@ -41,7 +41,7 @@ def test_it_tells_what_happened() -> None:
 
 def test_json_has_what_the_point_mass_has_and_the_body() -> None:
     point = json.loads(run("walk", "--duration", "2", "--json").stdout)
-    physics = told("--duration", "3", "--truth", "--push", "40,0@1.5+0.1")
+    physics = told("--duration", "5.5", "--truth", "--push", "10,0@2.5+0.1")
     assert set(point) < set(physics)
     assert physics["outcome"] == "recovered"
     assert physics["fall"] is None
@@ -87,7 +87,9 @@ def test_commands_change_on_the_way(tmp_path: Path) -> None:
         (2.0, (0.1, 0.0), 0.2, False),
         (3.0, (0.0, 0.0), 0.0, True),
     )
-    assert rollout.body.surroundings == "Surroundings(friction=0.7, payload=2.0, mass_factor=1.0)"
+    assert rollout.body.surroundings == (
+        "Surroundings(friction=0.7, payload=2.0, mass_factor=1.0, bumps=0.0, seed=0)"
+    )
     assert rollout.body.believed.swing.max_speed == 3.5
     assert not rollout.body.walking[-1]
 
@@ -119,6 +121,15 @@ def test_a_film(tmp_path: Path) -> None:
         (["walk", "--stand-at", "2"], "--stand-at with --simulator mujoco"),
         (["walk", "--friction", "0.5"], "--friction with --simulator mujoco"),
         (["walk", "--payload", "5"], "--payload with --simulator mujoco"),
+        (["walk", "--bumps", "0.01"], "--bumps with --simulator mujoco"),
+        (["walk", "--mass-error", "0.1"], "--mass-error with --simulator mujoco"),
+        (["walk", "--delay", "0.005"], "--delay with --simulator mujoco"),
+        (["walk", "--seed", "1"], "--seed with --simulator mujoco"),
+        ([*PHYSICS, "--bumps", "-0.01"], "`bumps` of at least 0 [m]"),
+        ([*PHYSICS, "--mass-error", "-1"], "`mass_error` above -1 [-]"),
+        ([*PHYSICS, "--delay", "0.0005"], "whole number of periods"),
+        ([*PHYSICS, "--delay", "0.005", "--truth"], "--delay without --truth"),
+        ([*PHYSICS, "--seed", "-1"], "`seed` as a whole number"),
         (["walk", "--video", "a.mp4"], "--video with --simulator mujoco"),
         (
             [*PHYSICS, "--unprojected"],
@@ -130,7 +141,9 @@ def test_a_film(tmp_path: Path) -> None:
         ([*PHYSICS, "--robot", "paper-table2"], "a robot with a [body] table"),
         ([*PHYSICS, "--friction", "0"], "`friction` above 0 [-]"),
         ([*PHYSICS, "--payload", "-1"], "`payload` of at least 0 [kg]"),
-        ([*PHYSICS, "--turning", "nan"], "`turning` of at least -inf [rad/s] and finite"),
+        ([*PHYSICS, "--controller", "ankle-hip-step-mpc"], "leaves the trunk upright"),
+        ([*PHYSICS, "--stand-at", "-1"], "--stand-at at 0 s or later"),
+        ([*PHYSICS, "--turning", "nan"], "`turning` [rad/s], finite"),
         ([*PHYSICS, "--velocity", "9", "0"], "expected at most"),
         ([*PHYSICS, "--then", "9,0@1"], "expected at most"),
         ([*PHYSICS, "--then", "0.1,0@2", "--then", "0.1,0@1"], "--then in order of time"),

@@ -94,7 +94,7 @@ def test_a_scan_that_finds_no_failure_says_so(robot: sf.Robot) -> None:
     [
         ({"direction": (0.0, 0.0)}, r"a direction \(x, y\) of some length"),
         ({"direction": (1.0, 0.0, 0.0)}, r"`direction` as a pair"),
-        ({"direction": (math.nan, 0.0)}, "`direction` of at least"),
+        ({"direction": (math.nan, 0.0)}, "`direction`"),
         ({"direction": (1.0, 0.0), "step": 0.0}, r"`step` above 0 \[N s\]"),
         ({"direction": (1.0, 0.0), "duration": -1.0}, r"`duration` above 0 \[s\]"),
     ],

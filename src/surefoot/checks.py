@@ -55,9 +55,10 @@ def check_number(
     """
     good = isinstance(value, (int, float)) and (math.isfinite(value) or value == math.inf)
     if not good or value < least or (above and value == least) or not (endless or value < math.inf):
+        bound = f"{'above' if above else 'of at least'} {least:g} "
         raise ParameterError(
-            f"`{name}` {'above' if above else 'of at least'} {least:g} [{unit}]"
-            f"{'' if endless else ' and finite'}",
+            f"`{name}` {'' if least == -math.inf else bound}[{unit}]"
+            f"{'' if endless else ', finite' if least == -math.inf else ' and finite'}",
             repr(value),
             "leave it out for the default",
         )

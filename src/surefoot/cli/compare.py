@@ -23,6 +23,7 @@ from surefoot.cli.compare_body import (
     compare_bodies,
     refuse_others,
 )
+from surefoot.cli.compare_walks import WalkQuestion, compare_walks, refuse_of_pushes
 from surefoot.cli.walk_body import given
 
 if TYPE_CHECKING:
@@ -78,8 +79,16 @@ TABLE_ONLY = ("seconds", "disturbance", "survived_mean")
 )  # fmt: skip
 @click.option(
     "--disturbance", "disturbances", multiple=True, metavar="NAME",
-    help="Noise, delay, another mass ...: what is lost to it; may be repeated. `all` for all, a "
-    "wrong NAME lists them.",
+    help="Noise, delay, another mass: what is lost to it, or if a body walks; may be repeated. "
+    "`all` for all, a wrong NAME lists them.",
+)  # fmt: skip
+@click.option(
+    "--seeds", type=int, default=3, show_default=True, metavar="N",
+    help="Body, with --disturbance: walks under each, with other noise and bumps.",
+)  # fmt: skip
+@click.option(
+    "--duration", type=float, default=20.0, show_default=True, metavar="S",
+    help="Body, with --disturbance: of a walk [s].",
 )  # fmt: skip
 @click.option(
     "--estimate", is_flag=True,
@@ -103,7 +112,8 @@ def compare(
     robots: tuple[str, ...], simulator: str, mass: float | None, velocity: tuple[float, float],
     methods: tuple[str, ...], leg_speeds: tuple[float, ...], durations: tuple[float, ...],
     full: bool, directions: int, phases: int, step: float, disturbances: tuple[str, ...],
-    estimate: bool, quick: bool, explain: bool, workers: int, out: Path, as_json: bool,
+    seeds: int, duration: float, estimate: bool, quick: bool, explain: bool, workers: int,
+    out: Path, as_json: bool,
 ) -> None:  # fmt: skip
     """Compare control methods: the smallest push that each fails on, beside the limit for anybody.
 
@@ -115,16 +125,24 @@ def compare(
     what each method loses to each, beside the undisturbed walk. It needs a DIR of its own.
 
     With `--simulator mujoco` bodies are pushed: DIR/pushes.html and pushes.md report what fells
-    them and why, with a picture and a table in a folder for each robot.
+    them and why, with a picture and a table in a folder for each robot. With disturbances they walk
+    without pushes: DIR/walks.md and walks.png say how well, and why what falls does.
     """
     from surefoot.models.robot import load_robot
     from surefoot.studies.protocol import Protocol
 
     refuse_others(simulator, robots)
+    refuse_of_pushes(simulator, disturbances)
     if simulator == "mujoco":
+        velocity = velocity if given("velocity") else BODY_VELOCITY
+        if disturbances:
+            walks = WalkQuestion(
+                robots, velocity, methods, disturbances, seeds, duration, workers, out
+            )
+            sys.exit(compare_walks(walks, _progress, as_json))
         question = BodyQuestion(
             robots,
-            velocity if given("velocity") else BODY_VELOCITY,
+            velocity,
             methods,
             QUICK_PHASES if quick and not given("phases") else phases,
             step if given("step") else (QUICK_STEP if quick else BODY_STEP),
@@ -178,7 +196,7 @@ def _compare(protocol: Protocol, out: Path, workers: int, as_json: bool) -> int:
     from surefoot.studies.compare import compare_methods
 
     try:
-        with _progress() as report:
+        with _progress("measuring") as report:
             result = compare_methods(protocol, out, workers=workers, report=report)
     except KeyboardInterrupt:
         click.echo(
@@ -230,13 +248,13 @@ def _show_budget(result: Any, out: Path, as_json: bool) -> None:
 
 
 @contextmanager
-def _progress() -> Iterator[Callable[[int, int], None]]:
+def _progress(what: str) -> Iterator[Callable[[int, int], None]]:
     """A bar on standard error, from what is there already to all that is wanted."""
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
     from rich.progress import TimeRemainingColumn as Left
 
-    columns = (TextColumn("measuring"), BarColumn(), MofNCompleteColumn(), Left())
+    columns = (TextColumn(what), BarColumn(), MofNCompleteColumn(), Left())
     with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task("cells", total=None)
         yield lambda done, total: bar.update(task, completed=done, total=total)

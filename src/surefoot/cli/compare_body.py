@@ -35,11 +35,10 @@ OF_POINT_MASS = {
     "durations": "--push-duration",
     "full": "--full",
     "directions": "--directions",
-    "disturbances": "--disturbance",
 }
-"""Options that a body has no use for: its mass, legs and sensors are what they are."""
+"""Options that a body has no use for: its mass and legs are what they are."""
 
-Progress = Callable[[], AbstractContextManager[Callable[[int, int], None]]]
+Progress = Callable[[str], AbstractContextManager[Callable[[int, int], None]]]
 
 
 @dataclass(frozen=True)
@@ -98,12 +97,13 @@ def compare_bodies(question: BodyQuestion, progress: Progress, as_json: bool) ->
     for protocol in protocols:
         folder = question.out / protocol.robot.name
         try:
-            with progress() as report:
+            with progress("measuring") as report:
                 results.append(
                     compare_on_body(protocol, folder, workers=question.workers, report=report)
                 )
             if question.explain:
-                explained += explain_worst(protocol, results[-1].rows)
+                with progress("explaining") as report:
+                    explained += explain_worst(protocol, results[-1].rows, report)
         except KeyboardInterrupt:
             click.echo(
                 f"stopped; what is measured is kept in {question.out}, and the same command goes "

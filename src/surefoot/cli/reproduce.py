@@ -2,14 +2,28 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
-from surefoot.cli.arguments import check_plotting
+from surefoot.cli.arguments import check_plotting, compiling_notice
+
+if TYPE_CHECKING:
+    from surefoot.models.robot import Robot
+    from surefoot.studies.paper_body import BodyAnswer
+    from surefoot.viewers.paper_report import PaperReport
 
 
 @click.command()
+@click.option(
+    "--simulator",
+    type=click.Choice(["lipm", "mujoco"]),
+    default="lipm",
+    show_default=True,
+    help="The paper's point mass, or its pushes on a body in physics.",
+)
 @click.option(
     "--out",
     type=click.Path(path_type=Path),
@@ -18,15 +32,21 @@ from surefoot.cli.arguments import check_plotting
     metavar="DIR",
     help="Folder for the report and its pictures.",
 )
-def reproduce(out: Path) -> None:
+def reproduce(simulator: str, out: Path) -> None:
     """Reproduce the paper, figure by figure and number by number; write a report.
 
     DIR/paper.html needs nothing else; DIR/paper.md says the same, with the pictures beside it.
+    With `--simulator mujoco` the paper's robot is pushed in physics as the paper pushes a point
+    mass: DIR/paper_body.html and DIR/paper_body.md.
     """
-    import dataclasses
-
     check_plotting()
     from surefoot.checks import check_folder
+
+    if simulator == "mujoco":
+        _reproduce_on_body(out)
+        return
+    import dataclasses
+
     from surefoot.models.robot import load_robot
     from surefoot.studies.one_step import limits_table
     from surefoot.studies.paper_claims import paper_parameters, reproduce_paper
@@ -49,3 +69,63 @@ def reproduce(out: Path) -> None:
     for claim in results.claims:
         click.echo(f"{claim.figure}, {claim.text}: {claim.verdict}")
     click.echo(f"report: {write_paper_report(report, out)[0]}")
+
+
+def _reproduce_on_body(out: Path) -> None:
+    """Push the paper's robot in physics and write what it did."""
+    from surefoot.checks import check_folder, optional_module
+
+    optional_module("mujoco", "physics", "mujoco")
+    optional_module("daqp", "inverse dynamics", "mujoco")
+    from surefoot.models.robot import load_robot
+    from surefoot.studies.paper_body import paper_push_answers
+
+    check_folder(out)
+    robot = load_robot("paper-biped")
+    click.echo("walking and pushing in physics; this takes a minute ...", err=True)
+    with compiling_notice(20.0, "a minute"):
+        answers = paper_push_answers(robot)
+    report = body_report(robot, answers)
+    for figure, what, _, ours, verdict, _ in report.claims:
+        click.echo(f"{figure}, {what}: {ours.split(';')[0]}; {verdict}")
+    from surefoot.viewers.paper_report import write_paper_report
+
+    click.echo(f"report: {write_paper_report(report, out)[0]}")
+
+
+def body_report(robot: Robot, answers: Sequence[BodyAnswer]) -> PaperReport:
+    """What a robot did with the paper's pushes, as a report.
+
+    Args:
+        robot: that was pushed.
+        answers: of `studies.paper_body.paper_push_answers`.
+    """
+    import dataclasses
+
+    from surefoot.studies import paper_body
+    from surefoot.viewers.body_figure import body_picture
+    from surefoot.viewers.paper_report import PaperReport, Table
+
+    pictures, captions = {}, {}
+    for one in answers:
+        if one.drawn and one.rollout.body is not None:
+            claim = paper_body.body_claim(one)
+            name = f"body-{one.method}-{one.push.impulse:g}-{one.push.direction.replace(' ', '-')}"
+            pictures[name] = body_picture(one.rollout, one.rollout.body)
+            captions[name] = f"{claim.figure}: {claim.text}. {claim.ours}."
+    return PaperReport(
+        claims=[dataclasses.astuple(paper_body.body_claim(one)) for one in answers],
+        parameters=paper_body.body_parameters(robot, answers),
+        pictures=pictures,
+        captions=captions,
+        tables=[Table(
+            "Step by step",
+            "From the pushed step on. The last column is how far the DCM is, when the foot lands, "
+            "from where it is without a push.",
+            paper_body.STEP_COLUMNS,
+            paper_body.step_rows([one for one in answers if one.drawn]),
+        )],
+        name="paper_body",
+        heading="The paper's pushes on a body",
+        command="surefoot reproduce --simulator mujoco",
+    )  # fmt: skip

@@ -17,7 +17,7 @@ from surefoot.cli.arguments import (
     print_json,
     robot_option,
 )
-from surefoot.cli.walk_body import BodyWalk, given, refuse_others, walk_body
+from surefoot.cli.walk_body import BodyWalk, World, given, refuse_others, walk_body
 from surefoot.errors import ParameterError
 
 if TYPE_CHECKING:
@@ -102,7 +102,7 @@ OPTION_OF = {"project_zmp": "--unprojected", "double_support": "--double-support
     "pushes",
     multiple=True,
     metavar="FX,FY@START+DURATION",
-    help="A force [N] on the trunk from START for DURATION [s]; may be repeated.",
+    help="A force [N] on the CoM (body: its base) from START for DURATION [s]; repeatable.",
 )
 @click.option(
     "--leg-speed",
@@ -158,7 +158,39 @@ OPTION_OF = {"project_zmp": "--unprojected", "double_support": "--double-support
     default=0.0,
     show_default=True,
     metavar="KG",
-    help="Body: mass on the trunk that the controller does not know of.",
+    help="Body: mass at its base that the controller does not know of.",
+)
+@click.option(
+    "--mass-error",
+    type=float,
+    default=0.0,
+    show_default=True,
+    metavar="FRACTION",
+    help="Body: by how much all links are heavier than the controller believes, for example -0.1.",
+)
+@click.option(
+    "--bumps",
+    type=float,
+    default=0.0,
+    show_default=True,
+    metavar="M",
+    help="Body: height of the highest of the boards that lie on the floor.",
+)
+@click.option(
+    "--delay",
+    type=float,
+    default=0.0,
+    show_default=True,
+    metavar="S",
+    help="Body: how late the sensors tell; the estimate knows it.",
+)
+@click.option(
+    "--seed",
+    type=int,
+    default=0,
+    show_default=True,
+    metavar="N",
+    help="Body: of the sensors' noise, and of where the boards lie.",
 )
 @click.option(
     "--plot",
@@ -191,8 +223,9 @@ def walk(
     footholds: Path | None, controller: str, simulator: str, duration: float,
     pushes: tuple[str, ...], leg_speed: float | None, leg_acceleration: float | None,
     double_support: float, unprojected: bool, truth: bool, turning: float,
-    stand_at: float | None, friction: float, payload: float, plot: Path | None,
-    decision_plot: Path | None, video: Path | None, save: Path | None, as_json: bool,
+    stand_at: float | None, friction: float, payload: float, mass_error: float, bumps: float,
+    delay: float, seed: int, plot: Path | None, decision_plot: Path | None, video: Path | None,
+    save: Path | None, as_json: bool,
 ) -> None:  # fmt: skip
     """Walk, get pushed, recover; tell what happened.
 
@@ -210,7 +243,8 @@ def walk(
         body_walk = BodyWalk(
             robot, controller, velocity if given("velocity") else BODY_VELOCITY, velocities,
             duration if given("duration") else BODY_DURATION, forces, leg_speed, leg_acceleration,
-            truth, turning, stand_at, friction, payload, plot, video, save,
+            truth, turning, stand_at, World(friction, payload, mass_error, bumps, delay, seed),
+            plot, video, save,
         )  # fmt: skip
         walk_body(body_walk, as_json)
     _check_outputs([plot, decision_plot], save)

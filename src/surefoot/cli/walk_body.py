@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     from surefoot.control.body_control import BodyControl
     from surefoot.models.pushes import Push
     from surefoot.models.steering import Steering
+    from surefoot.simulation.body_noise import BodyNoise
+    from surefoot.simulation.body_plant import Surroundings
     from surefoot.simulation.rollout import Rollout
 
 OF_BODY = {
@@ -25,6 +27,10 @@ OF_BODY = {
     "stand_at": "--stand-at",
     "friction": "--friction",
     "payload": "--payload",
+    "mass_error": "--mass-error",
+    "bumps": "--bumps",
+    "delay": "--delay",
+    "seed": "--seed",
     "video": "--video",
 }
 """Options that a point mass has no use for."""
@@ -36,6 +42,41 @@ OF_POINT_MASS = {
     "decision_plot": "--plot-decisions",
 }
 """Options that a body has no use for."""
+
+
+@dataclass(frozen=True)
+class World:
+    """What the command line says of the body's world and sensors; see `cli.walk`."""
+
+    friction: float
+    payload: float
+    mass_error: float
+    bumps: float
+    delay: float
+    seed: int
+
+    def surroundings(self) -> Surroundings:
+        """Floor, payload, masses.
+
+        Raises:
+            ParameterError: a value is out of range.
+        """
+        from surefoot.simulation.body_plant import Surroundings
+
+        check_number("mass_error", self.mass_error, -1.0, "-", above=True)
+        return Surroundings(
+            self.friction, self.payload, 1.0 + self.mass_error, self.bumps, self.seed
+        )
+
+    def noise(self) -> BodyNoise:
+        """What the sensors do.
+
+        Raises:
+            ParameterError: a value is out of range.
+        """
+        from surefoot.simulation.body_noise import BodyNoise
+
+        return BodyNoise(delay=self.delay, seed=self.seed)
 
 
 @dataclass(frozen=True)
@@ -53,8 +94,7 @@ class BodyWalk:
     truth: bool
     turning: float
     stand_at: float | None
-    friction: float
-    payload: float
+    world: World
     plot: Path | None
     video: Path | None
     save: Path | None
@@ -84,8 +124,17 @@ def refuse_others(simulator: str) -> None:
 
 def walk_body(walk: BodyWalk, as_json: bool) -> None:
     """Walk, tell, draw, film; exits with 1 if the robot fell."""
+    if walk.truth and given("delay"):
+        raise ParameterError(
+            "--delay without --truth: the true state is never late",
+            "--delay and --truth",
+            "leave one of them out",
+        )
     _check_outputs(walk)
     check_number("duration", walk.duration, 0.0, "s", above=True)
+    # What is wrong in these is told at once, not after a minute of compiling.
+    for check in (lambda: route_of(walk), walk.world.surroundings, walk.world.noise):
+        check()
     with compiling_notice(8.0, "a minute"):
         control = make_control(walk)
         # What a walk compiles, it compiles in its first cycles.
@@ -127,6 +176,11 @@ def route_of(walk: BodyWalk) -> list[tuple[float, Steering]]:
     from surefoot.models.steering import Steering
 
     times = [time for time, _ in walk.changes]
+    for option, time in [*(("--then", time) for time in times), ("--stand-at", walk.stand_at)]:
+        if time is not None and not time >= 0.0:
+            raise ParameterError(
+                f"{option} at 0 s or later", f"{time:g} s", "the walk begins with a stand at 0 s"
+            )
     if times != sorted(times):
         raise ParameterError("--then in order of time", f"times {times}", "sort them")
     if walk.stand_at is not None and times and walk.stand_at <= times[-1]:
@@ -143,7 +197,6 @@ def route_of(walk: BodyWalk) -> list[tuple[float, Steering]]:
 
 
 def _simulate(walk: BodyWalk, control: BodyControl) -> Rollout:
-    from surefoot.simulation.body_plant import Surroundings
     from surefoot.simulation.body_simulate import TRUTH, simulate_body
 
     return simulate_body(
@@ -151,7 +204,8 @@ def _simulate(walk: BodyWalk, control: BodyControl) -> Rollout:
         walk.duration,
         walk.pushes,
         steering=route_of(walk),
-        surroundings=Surroundings(friction=walk.friction, payload=walk.payload),
+        surroundings=walk.world.surroundings(),
+        noise=None if walk.truth else walk.world.noise(),
         estimator=TRUTH if walk.truth else None,
     )
 

@@ -38,6 +38,9 @@ from surefoot.models.record import copy_array, new_array
 STAND_GAIN = 1.0
 """How far beyond the DCM the ZMP goes, per distance from the middle of the feet [-]."""
 
+MOST_BRAKING = 40.0
+"""Of a foot that comes near to its fellow, if its leg has no limit [m/s^2]."""
+
 FIRST_STEPS = 2
 """Steps in place before the commanded velocity, and before a stand."""
 
@@ -139,6 +142,8 @@ class BodyControl:
         limits["apex"] = robot.swing.height
         limits["landing_velocity"] = robot.swing.landing_velocity
         limits["step_duration"] = self.controller.gait.step_duration
+        limits["apart"] = robot.hip + robot.gait.step_y[0]
+        limits["braking"] = min(robot.swing.max_acceleration, MOST_BRAKING)
         limits["touch_force"] = 0.03 * multibody.mass * robot.gravity
         return limits
 
@@ -196,19 +201,20 @@ class BodyControl:
         """Hold the DCM between the feet, or move it to where the first step begins."""
         walk, mechanics, omega = state.walk, self.mechanics, self.limits["omega"][0]
         dcm = mechanics.com[:2] + mechanics.com_velocity[:2] / omega
-        middle = mechanics.sole_position[:, :2].mean(axis=0)
-        zmp = dcm + STAND_GAIN * (dcm - middle)
+        left, right = mechanics.sole_position[:, :2]
+        zmp = dcm + STAND_GAIN * (dcm - 0.5 * (left + right))
         since = float(walk["now"][0] - walk["began"][0])
-        walk["heading"] = self._heading()
+        heading = walk["heading"] = self._heading()
         if walk["phase"][0] == STAND and not steering.standing and since >= self.settle_time:
             walk["phase"], walk["began"], since = SHIFT, walk["now"], 0.0
         if walk["phase"][0] == SHIFT:
-            left = self.shift_time - since
-            if left < 1e-9:
+            rest = self.shift_time - since
+            if rest < 1e-9:
                 return self._first_step(state)
-            growth = math.exp(omega * left)
-            zmp = (self._first_dcm() - dcm * growth) / (1.0 - growth)
-        zmp = self._between_feet(zmp)
+            growth = math.exp(omega * rest)
+            begin = mechanics.sole_position[self._first, :2] + rotated(self._first_dcm, heading)
+            zmp = (begin - dcm * growth) / (1.0 - growth)
+        zmp = self._between_feet(zmp, heading)
         self.kernels.stand(self.limits, walk, mechanics.motion, zmp, reference)
         walk["swing_foot"] = mechanics.sole_position[1 - walk["support"][0]]
         state.command.array["zmp"][0] = zmp
@@ -219,22 +225,27 @@ class BodyControl:
         """The foot that carries first, as a row of tables with a row for each foot."""
         return 0 if self.first_support is Side.LEFT else 1
 
-    def _first_dcm(self) -> NDArray[np.float64]:
-        """Where the DCM is in the world when the first step begins."""
-        begin, heading = self.in_place.first_observation(self.first_support), self._heading()
-        away = rotated(tuple(begin.dcm - begin.support_foot), heading)
-        return self.mechanics.sole_position[self._first, :2] + np.array(away)
+    @cached_property
+    def _first_dcm(self) -> tuple[float, float]:
+        """Where the DCM is when the first step begins, from the foot that carries [m]."""
+        begin = self.in_place.first_observation(self.first_support)
+        x, y = begin.dcm - begin.support_foot
+        return float(x), float(y)
 
     def _heading(self) -> float:
-        axes = self.mechanics.sole_axes
-        yaws = np.arctan2(axes[:, 1, 0], axes[:, 0, 0])
-        return float(np.arctan2(np.sin(yaws).mean(), np.cos(yaws).mean()))
+        (left, right), yaws = self.mechanics.sole_axes, []
+        for axes in (left, right):
+            yaws.append(math.atan2(axes[1, 0], axes[0, 0]))
+        first, second = yaws
+        return math.atan2(
+            0.5 * (math.sin(first) + math.sin(second)), 0.5 * (math.cos(first) + math.cos(second))
+        )
 
-    def _between_feet(self, zmp: NDArray[np.float64]) -> NDArray[np.float64]:
+    def _between_feet(self, zmp: NDArray[np.float64], heading: float) -> NDArray[np.float64]:
         """The nearest point on the line between the ankles, give or take half a sole."""
         left, right = self.mechanics.sole_position[:, :2]
         half = 0.8 * self.multibody.robot.foot.half[0]
-        forward = np.array(rotated((1.0, 0.0), self._heading()))
+        forward = np.array(rotated((1.0, 0.0), heading))
         across, away = left - right, zmp - right
         part = min(max(float(away @ across) / float(across @ across), 0.05), 0.95)
         ahead = float((away - part * across) @ forward)

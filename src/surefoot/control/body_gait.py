@@ -14,6 +14,8 @@ import msgspec
 from surefoot.control.body_control import BodyControl
 from surefoot.control.inverse_dynamics import InverseDynamics
 from surefoot.control.methods import method
+from surefoot.errors import ParameterError
+from surefoot.models.gait import GaitLimits
 from surefoot.models.interfaces import Controller
 from surefoot.models.multibody import Multibody
 from surefoot.models.robot import Foot, Robot
@@ -50,12 +52,24 @@ def walking_robot(multibody: Multibody) -> Robot:
     """
     robot, body = multibody.robot, multibody.body
     width = NARROW if body.ankle_roll == "passive" else SOLE_PART * robot.foot.width
-    gait = body.gait or msgspec.structs.replace(robot.gait, step_duration=STEP_DURATION)
+    hip = robot.hip if body.step_width is None else body.step_width
+    gait = body.gait or _gait_of(robot, hip)
     return robot.replace(
         body=None,
+        hip=hip,
         foot=Foot(length=SOLE_PART * robot.foot.length, width=width),
         gait=gait,
         swing=body.swing or SWING,
+    )
+
+
+def _gait_of(robot: Robot, hip: float) -> GaitLimits:
+    """The robot's own limits, with the durations of a body and the same places of the soles."""
+    low, high = robot.gait.step_y
+    return msgspec.structs.replace(
+        robot.gait,
+        step_duration=STEP_DURATION,
+        step_y=(low + robot.hip - hip, high + robot.hip - hip),
     )
 
 
@@ -71,9 +85,17 @@ def body_controller(
         **parameters: of the method, instead of its own on a body.
 
     Raises:
-        SurefootError: there is no such method, or it refuses the arguments.
+        SurefootError: there is no such method, it leans a trunk as a flywheel, or it refuses the
+            arguments.
     """
-    return method(key).controller(robot, velocity, **{**PARAMETERS.get(key, {}), **parameters})
+    one = method(key)
+    if one.leans:
+        raise ParameterError(
+            "a method that leaves the trunk upright: a body's is a link, and no flywheel",
+            f"{key!r}, which leans it",
+            "choose another controller, or walk the point mass",
+        )
+    return one.controller(robot, velocity, **{**PARAMETERS.get(key, {}), **parameters})
 
 
 def body_control(controller: Controller, multibody: Multibody) -> BodyControl:

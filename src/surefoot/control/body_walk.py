@@ -35,6 +35,7 @@ BODY_WALK = np.dtype(
         ("began", "f8"),
         ("now", "f8"),
         ("landed", "i8"),
+        ("touched", "f8"),
         ("heading", "f8"),
         ("swing_foot", "f8", (3,)),
         ("swing_foot_velocity", "f8", (3,)),
@@ -44,8 +45,9 @@ BODY_WALK = np.dtype(
     ],
 )
 """Phase; 0 or 1 for the left or right foot on the ground; steps done; when phase or step began, and
-now [s]; whether the swinging foot has just landed; heading of the controller's frame [rad];
-reference of the swinging sole in the world, now [m, rad]."""
+now [s]; whether the swinging foot has just landed, and the sum of its forces since it touched the
+ground [N]; heading of the controller's frame [rad]; reference of the swinging sole in the world,
+now [m, rad]."""
 
 BODY_LIMITS = np.dtype(
     [
@@ -66,6 +68,8 @@ BODY_LIMITS = np.dtype(
         ("apex", "f8"),
         ("landing_velocity", "f8"),
         ("step_duration", "f8"),
+        ("apart", "f8"),
+        ("braking", "f8"),
     ],
 )
 """Natural frequency of the controller [1/s], height of the CoM and distance of the hips [m]; leg
@@ -73,7 +77,8 @@ from hip to ankle at its longest, height of the ankle over the sole, middle of t
 ahead of the CoM, how far the CoM may sink [m]; stiffness of its height [1/s^2], largest vertical
 acceleration [m/s^2]; force that tells a landing [N]; speed of a foot that waits for the ground
 [m/s]; mass [kg]; control period [s]; apex of the foot [m], its speed at landing [m/s] and how long
-a step lasts in which it gets there [s]."""
+a step lasts in which it gets there [s]; least distance of the soles across [m], and how hard the
+foot can brake before it [m/s^2]."""
 
 SOON_DOWN = 0.03
 """A sole that is higher than this cannot be landing [m]."""
@@ -86,6 +91,10 @@ NEARLY = 0.8
 
 LEAST_RISE = 0.03
 """Nothing is to be reached sooner [s]."""
+
+SURE = 3.0
+"""Forces in a row that tell a landing must add up to this many of the smallest: one that is weak is
+noise, one that is strong is not waited for."""
 
 LEAST_FLIGHT = 0.06
 """A sole that has just left the ground is not landing [s]."""
@@ -151,7 +160,9 @@ def _has_landed(limits, walk, command, motion, forces):
     if elapsed < LEAST_FLIGHT or elapsed < 0.5 * command.step_duration:
         return False
     low = motion.sole_position[swing, 2] - motion.sole_position[walk.support, 2] < SOON_DOWN
-    return low and forces[swing] > limits.touch_force
+    touches = low and forces[swing] > limits.touch_force
+    walk.touched = walk.touched + forces[swing] if touches else 0.0
+    return walk.touched >= SURE * limits.touch_force
 
 
 @njit
@@ -166,7 +177,7 @@ def _look(limits, walk, motion, command, forces, observation):
 def _begin_step(walk, support, motion):
     """The other foot carries: its fellow leaves the ground from where it is."""
     swing = 1 - support
-    walk.support, walk.began = support, walk.now
+    walk.support, walk.began, walk.touched = support, walk.now, 0.0
     walk.steps += 1
     for i in range(3):
         walk.swing_foot[i] = motion.sole_position[swing, i]
@@ -200,15 +211,38 @@ def _swing_height(limits, walk, duration):
 
 
 @njit
-def _follow_swing(limits, walk, command):
+def keep_apart(limits, walk, stance, place, velocity, acceleration):
+    """Brake a foot that would come too near to its fellow: legs that meet are a fall.
+
+    A swing that is planned anew towards a later landing swings through beyond it. Across the
+    heading the foot is never faster than it can be stopped at the least distance, nor beyond that
+    unless it was, and then it only moves out. All arguments are in the heading of the step.
+    """
+    side = 1.0 if walk.support == 1 else -1.0
+    room = side * (place[1] - stance) - limits.apart
+    inward = -side * velocity[1]
+    fastest = math.sqrt(2.0 * limits.braking * max(room, 0.0))
+    if inward > fastest:
+        place[1] += side * (inward - fastest) * limits.period
+        velocity[1] = -side * fastest
+        acceleration[1] = side * limits.braking if fastest > 0.0 else 0.0
+
+
+@njit
+def _follow_swing(limits, walk, observation, command):
     """Take the foot of the command as reference, one period on; its height is the body's own."""
     period, elapsed = limits.period, walk.now - walk.began
     cosine, sine = math.cos(walk.heading), math.sin(walk.heading)
     late = elapsed - command.step_duration
+    place, velocity, acceleration = np.empty(2), np.empty(2), np.empty(2)
+    for i in range(2):
+        place[i], velocity[i] = command.swing_foot[i], command.swing_foot_velocity[i]
+        acceleration[i] = command.swing_foot_acceleration[i]
+    keep_apart(limits, walk, observation.support_foot[1], place, velocity, acceleration)
     for out, vector in (
-        (walk.swing_foot, command.swing_foot),
-        (walk.swing_foot_velocity, command.swing_foot_velocity),
-        (walk.swing_foot_acceleration, command.swing_foot_acceleration),
+        (walk.swing_foot, place),
+        (walk.swing_foot_velocity, velocity),
+        (walk.swing_foot_acceleration, acceleration),
     ):
         x, y = vector[0], vector[1]
         out[0], out[1] = cosine * x - sine * y, sine * x + cosine * y
@@ -294,7 +328,7 @@ def _refer_step(limits, walk, observation, command, motion, reference):
 
 @njit
 def _refer(limits, walk, motion, observation, command, reference):
-    _follow_swing(limits[0], walk[0], command[0])
+    _follow_swing(limits[0], walk[0], observation[0], command[0])
     _refer_step(limits[0], walk[0], observation[0], command[0], motion[0], reference[0])
 
 

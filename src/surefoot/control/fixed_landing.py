@@ -7,13 +7,18 @@ is that of the narrower box too.
 from __future__ import annotations
 
 import copy
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any, Self
 
 import msgspec
+import numpy as np
+from numpy.typing import NDArray
 
 from surefoot.control.unified import UnifiedController
+from surefoot.models.footsteps import Side
 from surefoot.models.gait import GaitLimits
+from surefoot.models.interfaces import Command, Observation
 from surefoot.models.robot import Robot
 from surefoot.planning.nominal_gait import NominalGait, nominal_gait
 
@@ -53,21 +58,65 @@ def with_fixed_place(robot: Robot, gait: NominalGait) -> Robot:
 
 
 @dataclass(frozen=True)
-class FixedPlaceUnified(UnifiedController):
-    """The unified controller of a robot made by `with_fixed_place`, for one velocity after another.
+class FixedPlace:
+    """A controller within a box around its own nominal steps, for one velocity after another.
 
-    Args as of `UnifiedController`.
+    It is the controller inside, but that another velocity gets another box.
+
+    Args:
+        inside: of a robot made by `with_fixed_place`.
     """
+
+    inside: UnifiedController
+
+    @property
+    def robot(self) -> Robot:
+        """The robot with the box of this velocity."""
+        return self.inside.robot
+
+    @property
+    def gait(self) -> NominalGait:
+        """The nominal gait."""
+        return self.inside.gait
+
+    @property
+    def period(self) -> float:
+        """Control period [s]."""
+        return self.inside.period
+
+    @property
+    def kernel(self) -> Callable[..., None]:
+        """The compiled cycle."""
+        return self.inside.kernel
+
+    @property
+    def parameters(self) -> NDArray[np.void]:
+        """What the kernel reads, shape (1,)."""
+        return self.inside.parameters
+
+    def first_observation(self, support_side: Side | None = None) -> Observation:
+        """What a robot observes that is ready to walk."""
+        return self.inside.first_observation(support_side)
+
+    def start(self, observation: Observation) -> NDArray[np.void]:
+        """The state before the first cycle."""
+        return self.inside.start(observation)
+
+    def step(
+        self, state: NDArray[np.void], observation: Observation
+    ) -> tuple[Command, NDArray[np.void]]:
+        """One cycle: what to do now, and the state for the next cycle."""
+        return self.inside.step(state, observation)
 
     def with_velocity(self, velocity: tuple[float, float]) -> Self:
         """The same controller for another velocity, with the box around the steps of that."""
-        duration = self.gait.step_duration
+        old = self.gait
+        duration = old.step_duration
         gait = NominalGait(
-            velocity, duration, velocity[0] * duration, velocity[1] * duration,
-            self.gait.hip, self.gait.omega,
-        )  # fmt: skip
+            velocity, duration, velocity[0] * duration, velocity[1] * duration, old.hip, old.omega
+        )
         robot = with_fixed_place(self.robot, gait)
-        return replace(self, robot=robot, velocity=velocity, step_duration=duration)
+        return replace(self, inside=replace(self.inside, robot=robot, velocity=velocity))
 
 
 def fixed_timing(
@@ -87,9 +136,7 @@ def fixed_timing(
     return UnifiedController(with_fixed_timing(robot, gait), velocity, **parameters)
 
 
-def fixed_place(
-    robot: Robot, velocity: tuple[float, float], **parameters: Any
-) -> FixedPlaceUnified:
+def fixed_place(robot: Robot, velocity: tuple[float, float], **parameters: Any) -> FixedPlace:
     """The unified controller that cannot choose where it steps.
 
     Args:
@@ -101,6 +148,7 @@ def fixed_place(
         SurefootError: as `UnifiedController`.
     """
     gait = nominal_gait(robot, velocity)
-    return FixedPlaceUnified(
+    inside = UnifiedController(
         with_fixed_place(robot, gait), velocity, step_duration=gait.step_duration, **parameters
     )
+    return FixedPlace(inside)

@@ -328,7 +328,7 @@ class InverseDynamics:
     def joints(self, mechanics: Mechanics, reference: NDArray[np.void]) -> JointCommand:
         """The torques for one cycle, and the accelerations that they are expected to cause."""
         s, m = self._workspace, mechanics
-        left, right = (int(side) for side in reference["stands"][0])
+        left, right = reference["stands"][0].tolist()
         key = left + 2 * right
         programs = s["programs"][left + right]
         program = programs.get(key)
@@ -351,6 +351,16 @@ class InverseDynamics:
             command.acceleration[:] = solution[: len(command.acceleration)]
             s["solution"], s["about"], s["count"] = solution, about, left + right
         return command
+
+    @property
+    def joint_limits(self) -> NDArray[np.void]:
+        """Limits of the joints with motors, a copy of `JOINTS` records, shape (n,)."""
+        return self._workspace["joints"].copy()
+
+    @property
+    def stiffness(self) -> NDArray[np.void]:
+        """What tasks and limits answer an error with, a copy of a `STIFFNESSES` record."""
+        return self._workspace["stiffness"].copy()
 
     def answer(self) -> Answer:
         """The last program that was solved; zeros before the first."""

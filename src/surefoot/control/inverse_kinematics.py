@@ -1,9 +1,9 @@
 """Inverse kinematics: joint angles and velocities that put body and feet where they are to be.
 
-For playback, and for robots whose joints are position servos. One damped least-squares step a cycle
-([Buss2004]): the error left is smaller than a control cycle's motion, so one is enough. What it
-cannot do: it knows no forces, so friction, torque limits and the ZMP are kept only as far as the
-reference's CoM keeps them, and a push is answered by a servo's stiffness until the step lands.
+For playback. One damped least-squares step a cycle ([Buss2004]): the error left is smaller than a
+control cycle's motion, so one is enough. What it cannot do: it knows no forces, so friction, torque
+limits and the ZMP are kept only as far as the reference's CoM keeps them. Servos that follow it do
+not walk in physics without a stabiliser; see docs/body.md.
 """
 
 from __future__ import annotations

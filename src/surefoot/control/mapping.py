@@ -1,7 +1,7 @@
 """From a body's reference to its joints: one interface, whatever is inside.
 
 Two leaves: `control.inverse_dynamics` for torque-controlled robots, `control.inverse_kinematics`
-for playback and for robots whose joints are position servos.
+for playback.
 """
 
 from __future__ import annotations

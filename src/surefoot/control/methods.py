@@ -33,6 +33,7 @@ class Method:
         adapts: what it changes when it is pushed.
         cannot: what it cannot use of what every method may use.
         fixed_steps: whether it always steps as planned, so that the speed of the leg is no matter.
+        leans: whether it turns the trunk as a flywheel, which a body in physics has none of.
         slow: whether one decision takes milliseconds, so that it is compared only if asked for.
         parameters: that make this variant of the class.
     """
@@ -44,6 +45,7 @@ class Method:
     adapts: str
     cannot: str
     fixed_steps: bool = False
+    leans: bool = False
     slow: bool = False
     parameters: MappingProxyType[str, Any] = field(default_factory=lambda: MappingProxyType({}))
 
@@ -128,6 +130,7 @@ METHODS = (
         "Aftab, Robert, Wieber 2012",
         "ZMP, hip torque, step location",
         "steps at fixed times; its trunk is a freedom that no other method and no limit has",
+        leans=True,
     ),
     Method(
         "step-timing",

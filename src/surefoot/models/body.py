@@ -31,6 +31,7 @@ class Body(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True
             from the robot's own file, or from where `package` is installed.
         package: the distribution, as pip knows it, that brings the model; empty if none does.
         base: outermost body of the model, the pelvis or trunk; it carries the free joint.
+        trunk: body that pushes and payloads act on; the base, which is near the CoM, if empty.
         feet: left and right body whose undersides are the soles.
         sole: centre of the sole in the frame of the foot's body, left foot; the right foot's is
             mirrored in y [m].
@@ -43,7 +44,10 @@ class Body(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True
         torque: limit of joints by pattern, where the model has none or another [N m].
         speed: likewise of their velocity [rad/s].
         armature: inertia of a motor's rotor as its joint feels it, likewise [kg m^2].
-        gait: limits of a step of the body; None for what `control.body_gait` makes of the robot's.
+        step_width: between the soles across, walking straight on; the `hip` of the robot if None.
+            Wider than the hips leaves room to step inward before the legs meet [m].
+        gait: limits of a step of the body, `step_y` from that width; None for what
+            `control.body_gait` makes of the robot's.
         swing: likewise how its feet swing.
     """
 
@@ -53,12 +57,14 @@ class Body(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True
     sole: tuple[float, float, float]
     ankle_roll: Literal["passive", "actuated"]
     package: str = ""
+    trunk: str = ""
     locked: tuple[str, ...] = ()
     leg_radius: float = 0.05
     posture: dict[str, float] = {}
     torque: dict[str, float] = {}
     speed: dict[str, float] = {}
     armature: dict[str, float] = {}
+    step_width: float | None = None
     gait: GaitLimits | None = None
     swing: Swing | None = None
 
@@ -89,6 +95,12 @@ class Body(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True
                 "`leg_radius` of the body to be positive [m]",
                 f"{self.leg_radius}",
                 "half the width of the shank",
+            )
+        if self.step_width is not None and not (0.0 < self.step_width < math.inf):
+            raise RobotError(
+                "`step_width` of the body to be positive and finite [m]",
+                f"{self.step_width}",
+                "leave it out for the robot's `hip`",
             )
         if not self.is_generated and not self.model.lower().endswith(MODEL_SUFFIXES):
             raise RobotError(

@@ -55,6 +55,10 @@ SETTINGS = np.dtype(
 """Noise of the base's filter, of the joints' velocities [rad/s], error of the expected joint
 accelerations, and what is added to it at touchdown [rad/s^2], age of the senses in cycles."""
 
+TOUCH = 0.06
+"""Part of its load from which on a swinging sole meets the ground: joints are jolted before it is
+believed to stand."""
+
 BIAS_WALK = 1e-5
 """How a gyroscope's offset wanders [rad/s^1.5]."""
 
@@ -202,6 +206,9 @@ def _estimate(
     past = expected[oldest : oldest + size]
     _filter_base(settings[0], base[0], links, angles, gyro, accelerometer, force, feet, past)
     noise, fresh = settings[0], max(landing(base[0], 0), landing(base[0], 1))
+    for foot in range(2):
+        if feet[foot] == 0 and force[foot] > TOUCH * noise.base.load:
+            fresh = 1.0
     surprise = math.sqrt(noise.surprise**2 + (fresh * noise.landing_surprise) ** 2)
     for k in range(joints.shape[0]):
         predict_joint(joints[k], past[FREE + k], surprise, noise.base.period)

@@ -7,9 +7,11 @@ that must not touch each other, one motor for each joint, and a floor.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import pairwise
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -18,6 +20,7 @@ from numpy.typing import NDArray
 from surefoot.errors import RobotError
 from surefoot.models.biped_mjcf import ROLL
 from surefoot.models.body import Body
+from surefoot.models.bumps import NO_BOARDS
 from surefoot.models.model_spec import ModelSpec, find_body, matching_joints, read_model
 from surefoot.models.robot import Robot
 
@@ -29,6 +32,9 @@ TIME_STEP = 0.001
 
 SOLE_THICKNESS = 0.02
 """Of the boxes that touch the ground [m]."""
+
+BOARD_DEPTH = 0.1
+"""How far boards reach into the floor: a sole is pushed up out of them, not through [m]."""
 
 ROLL_STIFFNESS, ROLL_DAMPING = 10.0, 0.6
 """Of a passive ankle roll that the model does not have [N m/rad, N m s/rad]."""
@@ -50,6 +56,7 @@ class Multibody:
         robot: what it is the mechanism of.
         model: the compiled model: floor, soles, legs, motors.
         base: index of the body with the free joint.
+        trunk: index of the body that pushes and payloads act on.
         soles: indices of the sites at the centres of the soles, left and right.
         feet: indices of the bodies of the feet.
         motors: index of the joint that each actuator turns.
@@ -62,6 +69,7 @@ class Multibody:
     robot: Robot
     model: mujoco.MjModel = field(repr=False, compare=False)
     base: int
+    trunk: int
     soles: tuple[int, int]
     feet: tuple[int, int]
     motors: NDArray[np.int64] = field(repr=False, compare=False)
@@ -128,11 +136,12 @@ def assert_body(robot: Robot) -> Body:
     return robot.body
 
 
-def load_multibody(robot: Robot) -> Multibody:
+def load_multibody(robot: Robot, boards: NDArray[np.void] = NO_BOARDS) -> Multibody:
     """Make the mechanism of a robot.
 
     Args:
         robot: with a `[body]`.
+        boards: that lie on the floor, see `models.bumps`.
 
     Raises:
         RobotError: there is no `[body]`, its model is missing or cannot be read, or a name in it
@@ -141,6 +150,8 @@ def load_multibody(robot: Robot) -> Multibody:
     body = assert_body(robot)
     source = read_model(robot, body)
     spec = source.spec
+    if body.trunk:
+        find_body(spec, body.trunk)
     _free(spec, body.base)
     passive = [
         joint
@@ -150,7 +161,7 @@ def load_multibody(robot: Robot) -> Multibody:
     _add_legs(spec, body)
     _add_motors(source, body, passive)
     _add_senses(spec, find_body(spec, body.base))
-    _add_world(spec, robot.gravity)
+    _add_world(spec, robot.gravity, boards)
     try:
         model = spec.compile()
     except ValueError as error:
@@ -280,21 +291,41 @@ def _add_sensor(spec: mujoco.MjSpec, name: str, kind: mujoco.mjtSensor, site: st
     spec.add_sensor(name=name, type=kind, objtype=mujoco.mjtObj.mjOBJ_SITE, objname=site)
 
 
-def _add_world(spec: mujoco.MjSpec, gravity: float) -> None:
-    floor = spec.worldbody.add_geom(
-        name="floor",
-        type=mujoco.mjtGeom.mjGEOM_PLANE,
-        size=(0.0, 0.0, 1.0),
-        contype=_FLOOR,
-        conaffinity=_FLOOR | _SOLE,
-        condim=3,
-        friction=(0.8, 0.005, 0.0001),
-    )
-    floor.priority = 1
+def _add_world(spec: mujoco.MjSpec, gravity: float, boards: NDArray[np.void]) -> None:
+    plane = mujoco.mjtGeom.mjGEOM_PLANE
+    _add_floor(spec, "floor", plane, _FLOOR, size=(0.0, 0.0, 1.0))
+    half_depth = 0.5 * BOARD_DEPTH
+    for index, board in enumerate(boards):
+        heading = 0.5 * float(board["heading"])
+        _add_floor(
+            spec,
+            f"board_{index}",
+            mujoco.mjtGeom.mjGEOM_BOX,
+            # A shank may end lower over its sole than a board is high; the floor stops it.
+            0,
+            size=(*board["half"], half_depth),
+            pos=(*board["place"], board["height"] - half_depth),
+            quat=(math.cos(heading), 0.0, 0.0, math.sin(heading)),
+        )
     spec.option.gravity = (0.0, 0.0, -gravity)
     spec.option.timestep = TIME_STEP
     spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+
+
+def _add_floor(
+    spec: mujoco.MjSpec, name: str, kind: mujoco.mjtGeom, stops: int, **shape: Any
+) -> None:
+    part = spec.worldbody.add_geom(
+        name=name,
+        type=kind,
+        contype=stops,
+        conaffinity=_SOLE,
+        condim=3,
+        friction=(0.8, 0.005, 0.0001),
+        **shape,
+    )
+    part.priority = 1
 
 
 def _index(robot: Robot, body: Body, model: mujoco.MjModel, source: ModelSpec) -> Multibody:
@@ -312,6 +343,7 @@ def _index(robot: Robot, body: Body, model: mujoco.MjModel, source: ModelSpec) -
         robot=robot,
         model=model,
         base=model.body(body.base).id,
+        trunk=model.body(body.trunk or body.base).id,
         soles=soles,
         feet=(model.body(body.feet[0]).id, model.body(body.feet[1]).id),
         motors=motors,

@@ -23,6 +23,7 @@ from __future__ import annotations
 
 import math
 from enum import IntFlag
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -197,11 +198,8 @@ def landing_parameters(
     record["shortest"], record["longest"] = robot.gait.step_duration
     record["step_min"], record["spacing"] = tables.low, tables.spacing
     record["step_max"] = np.add(tables.low, np.multiply(tables.spacing, NODES - 1))
-    record["worth"][0] = tables.values[0]
-    record["worth"][1] = tables.values[1, ::-1]
+    record["worth"], record["concave_worth"] = _worth(robot)
     for axis in range(2):
-        for row in range(2):
-            record["concave_worth"][axis, row] = concave_hull(record["worth"][axis, row])
         above = np.max(record["concave_worth"][axis] - record["worth"][axis])
         record["reserve"][axis] = above + min(reserve, 0.5 * (room - above))
         if room <= above:
@@ -211,6 +209,16 @@ def landing_parameters(
                 "walk more slowly, or give the leg its true speed and acceleration",
             )
     return parameters
+
+
+@lru_cache(maxsize=64)
+def _worth(robot: Robot) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Z, and its concave hull, kept: a body is given another velocity at every touchdown."""
+    values = viable_displacement(robot).values
+    worth = np.stack([values[0], values[1, ::-1]])
+    hull = np.array([[concave_hull(row) for row in rows] for rows in worth])
+    worth.flags.writeable = hull.flags.writeable = False
+    return worth, hull
 
 
 def concave_hull(values: NDArray[np.float64]) -> NDArray[np.float64]:

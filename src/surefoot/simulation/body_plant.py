@@ -6,16 +6,18 @@ import copy
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from surefoot.checks import check_number
+from surefoot.checks import check_number, check_seed
 from surefoot.compiling import njit
+from surefoot.models.bumps import scattered_boards
 from surefoot.models.joint_command import JointCommand
 from surefoot.models.motors import motor_torques
-from surefoot.models.multibody import SIDES, Multibody
+from surefoot.models.multibody import SIDES, Multibody, load_multibody
 from surefoot.models.pushes import Push
 
 STANDS, CROSSED, TOUCHED, TILTED, SUNK = range(5)
@@ -35,8 +37,11 @@ class Surroundings:
 
     Args:
         friction: coefficient of the floor [-].
-        payload: mass fixed to the trunk, at its centre [kg].
+        payload: mass fixed to the base, or to `Body.trunk`, at its centre of mass [kg].
         mass_factor: of all links [-].
+        bumps: height of the highest board that lies on the floor, see `models.bumps`; 0 is flat
+            [m].
+        seed: of where the boards lie.
 
     Raises:
         ParameterError: a value is out of range.
@@ -45,11 +50,20 @@ class Surroundings:
     friction: float = 0.8
     payload: float = 0.0
     mass_factor: float = 1.0
+    bumps: float = 0.0
+    seed: int = 0
 
     def __post_init__(self) -> None:
         check_number("friction", self.friction, 0.0, "-", above=True)
         check_number("payload", self.payload, 0.0, "kg")
         check_number("mass_factor", self.mass_factor, 0.0, "-", above=True)
+        check_number("bumps", self.bumps, 0.0, "m")
+        check_seed(self.seed)
+
+    @cached_property
+    def boards(self) -> NDArray[np.void]:
+        """What lies on the floor, records of `models.bumps.BOARD`."""
+        return scattered_boards(self.bumps, self.seed)
 
 
 @njit
@@ -74,7 +88,8 @@ class BodyPlant:
     Args:
         multibody: the mechanism.
         surroundings: floor, payload, masses.
-        pushes: on the base's centre of mass.
+        pushes: on the trunk's centre of mass.
+        model: of another plant in the same surroundings, made anew if None.
 
     Attributes:
         time: [s].
@@ -88,10 +103,11 @@ class BodyPlant:
         multibody: Multibody,
         surroundings: Surroundings | None = None,
         pushes: Sequence[Push] = (),
+        model: mujoco.MjModel | None = None,
     ) -> None:
         self.multibody, self.surroundings = multibody, surroundings or Surroundings()
         self.pushes = tuple(pushes)
-        self.model = _changed(multibody, self.surroundings)
+        self.model = _changed(multibody, self.surroundings) if model is None else model
         data = self._data = mujoco.MjData(self.model)
         data.qpos[:] = multibody.nominal
         self.position, self.velocity, self._sensed = data.qpos, data.qvel, data.sensordata
@@ -104,8 +120,8 @@ class BodyPlant:
         self._motor_positions, self._dofs = multibody.motor_positions, multibody.motor_dofs
         self._most = np.minimum(multibody.torque, 1e9)
         self._fastest = np.minimum(multibody.speed, 1e9)
-        self._force = data.xfrc_applied[multibody.base]
-        self._touch = [self.model.sensor(f"{side}_touch").adr[0] for side in SIDES]
+        self._force = data.xfrc_applied[multibody.trunk]
+        self._touch = np.array([self.model.sensor(f"{side}_touch").adr[0] for side in SIDES])
         self.cycle = 0
         mujoco.mj_step1(self.model, data)
 
@@ -156,17 +172,21 @@ class BodyPlant:
 
     def fork(self, pushes: Sequence[Push]) -> BodyPlant:
         """Another world with the same past, and other pushes from now on."""
-        other = BodyPlant(self.multibody, self.surroundings, pushes)
+        other = BodyPlant(self.multibody, self.surroundings, pushes, self.model)
         mujoco.mj_copyData(other._data, self.model, self._data)
         other.cycle, other.torque[:] = self.cycle, self.torque
         return other
 
 
 def _changed(multibody: Multibody, surroundings: Surroundings) -> mujoco.MjModel:
-    model = copy.copy(multibody.model)
-    model.geom("floor").friction[0] = surroundings.friction
+    if len(surroundings.boards):
+        # More shapes, the same bodies and joints.
+        model = load_multibody(multibody.robot, surroundings.boards).model
+    else:
+        model = copy.copy(multibody.model)
+    model.geom_friction[model.geom_bodyid == 0, 0] = surroundings.friction
     model.body_mass *= surroundings.mass_factor
     model.body_inertia *= surroundings.mass_factor
-    model.body_mass[multibody.base] += surroundings.payload
+    model.body_mass[multibody.trunk] += surroundings.payload
     mujoco.mj_setConst(model, mujoco.MjData(model))
     return model

@@ -98,8 +98,9 @@ class BodyRecorder:
         self._told = _Numbers(told, cycles if estimates else 0)
         kinds = {"walk": state.walk.dtype, "observation": OBSERVATION, "command": COMMAND}
         self._records = {n: (kind, bytearray(cycles * kind.itemsize)) for n, kind in kinds.items()}
-        self._solver, self._course = [0] * cycles, [(0.0, 0.0, 0.0)] * cycles
-        self._clock = [(0, 0, 0, 0)] * cycles
+        # No row may leave an object behind: they would have garbage collected every few cycles.
+        self._solver, self._course = np.ones(cycles, "i2"), np.ones((cycles, 3))
+        self._clock = np.ones((cycles, 4), np.int64)
 
     def see(self, row: int, position: NDArray[np.float64], velocity: NDArray[np.float64]) -> None:
         """Before a cycle of physics: the truth, and what the walker is told of it."""
@@ -114,8 +115,7 @@ class BodyRecorder:
         self._keep("observation", row, state.observation.array)
         self._keep("command", row, state.command.array)
         self._solver[row] = command.status
-        x, y = state.course.place
-        self._course[row] = (x, y, state.course.heading)
+        self._course[row] = (*state.course.place, state.course.heading)
 
     def _keep(self, name: str, row: int, record: NDArray[np.void]) -> None:
         """A record by its bytes: NumPy would copy it field by field, fifty times slower."""
@@ -131,10 +131,10 @@ class BodyRecorder:
         """All rows so far."""
         told: dict[str, NDArray[Any]] = {
             **self._told.arrays(cycles),
-            "course": np.array(self._course[:cycles]).reshape(-1, 3),
-            "solver": np.array(self._solver[:cycles], "i2"),
+            "course": self._course[:cycles].copy(),
+            "solver": self._solver[:cycles].copy(),
         }
         for name, (kind, rows) in self._records.items():
             told[name] = np.frombuffer(bytes(rows[: cycles * kind.itemsize]), kind)
-        clock = np.array(self._clock[:cycles], np.int64).reshape(-1, 4)
+        clock = self._clock[:cycles].copy()
         return Record(self._state.arrays(cycles), self._effect.arrays(cycles), told, clock)

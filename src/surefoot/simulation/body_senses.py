@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from typing import Any, Protocol
 
 import numpy as np
@@ -79,19 +80,34 @@ class BodySight:
         self._memory: BodyMemory | None = None
         self._unexpected = np.zeros(plant.multibody.model.nv)
 
-    def see(self, state: WalkerState, command: JointCommand | None) -> State:
+    def read(self, first: bool = False) -> BodySenses | None:
+        """What the sensors tell in this cycle, or None if the truth is told.
+
+        This is the simulator's work; what a robot computes of it is done by `see`.
+
+        Args:
+            first: whether no cycle has passed yet.
+        """
+        if self.estimator is None:
+            return None
+        senses = sense_standing(self.plant) if first else sense(self.plant)
+        if self.noise is not None:
+            senses, self._noise_memory = self.noise.step(self._noise_memory, senses)
+        return senses
+
+    def see(
+        self, senses: BodySenses | None, state: WalkerState, command: JointCommand | None
+    ) -> State:
         """The state of the body in this cycle.
 
         Args:
+            senses: as `read` gives them.
             state: of the walker, after the last cycle.
             command: of the last cycle, None in the first.
         """
-        plant = self.plant
-        if self.estimator is None:
+        if self.estimator is None or senses is None:
+            plant = self.plant
             return plant.position, plant.velocity, plant.foot_force
-        senses = sense_standing(plant) if command is None else sense(plant)
-        if self.noise is not None:
-            senses, self._noise_memory = self.noise.step(self._noise_memory, senses)
         if self._memory is None:
             self._memory = self.estimator.start(senses)
         walk, feet = state.walk, BOTH
@@ -100,3 +116,9 @@ class BodySight:
         expected = self._unexpected if command is None else command.acceleration
         position, velocity, self._memory = self.estimator.step(self._memory, senses, feet, expected)
         return position, velocity, senses.foot_force
+
+    def fork(self, plant: BodyPlant) -> BodySight:
+        """The same eyes on another plant: what they remember is a value."""
+        other = copy.copy(self)
+        other.plant = plant
+        return other

@@ -11,6 +11,7 @@ import numpy as np
 from surefoot.checks import check_number
 from surefoot.errors import ParameterError
 from surefoot.models.body_state import BodyEstimator
+from surefoot.models.bumps import board_numbers
 from surefoot.models.legs import find_knees
 from surefoot.models.multibody import TIME_STEP
 from surefoot.models.pushes import Push
@@ -55,13 +56,13 @@ def simulate_body(
     Args:
         control: what walks it.
         duration: how long [s]; a fall ends the walk early.
-        pushes: forces on the trunk.
+        pushes: forces on the base, or on `Body.trunk`, at its centre of mass.
         steering: (time, command) in order of time [s]; before the first one, and if there is none,
             the robot walks at its controller's velocity.
-        surroundings: floor, payload, masses.
+        surroundings: floor, bumps, payload, masses.
         noise: of the sensors, that of usual ones unless told; they are perfect if None.
-        estimator: makes a state of what the sensors tell, `BodyEstimator(control.multibody)` if
-            None. "truth" tells the true state instead.
+        estimator: makes a state of what the sensors tell; if None a `BodyEstimator` that knows how
+            late the sensors of a `BodyNoise` are. "truth" tells the true state instead.
 
     Returns:
         The rollout; its `body` is the trace of the mechanism.
@@ -85,8 +86,9 @@ def simulate_body(
         now = plant.time
         while pending and now >= pending[0][0]:
             going = pending.pop(0)[1]
+        senses = sight.read(first=row == 0)
         began = perf_counter_ns()
-        position, velocity, forces = sight.see(state, command)
+        position, velocity, forces = sight.see(senses, state, command)
         sensed = perf_counter_ns()
         command, state = control.step(state, now, position, velocity, forces, going)
         decided = perf_counter_ns()
@@ -97,8 +99,8 @@ def simulate_body(
         fate = plant.state()
         recorder.feel(row, (began, sensed, decided, perf_counter_ns() - acting))
         row += 1
-    senses = TRUTH if eyes is None else f"{describe(eyes)}; noise: {noise!r}"
-    return _rollout(control, plant, recorder.record(row), fate, route, senses)
+    told = TRUTH if eyes is None else f"{describe(eyes)}; noise: {noise!r}"
+    return make_rollout(control, plant, recorder.record(row), fate, route, told)
 
 
 def _route(
@@ -134,10 +136,11 @@ def _eyes(
         )
     if isinstance(estimator, str):
         return None
-    return estimator or BodyEstimator(control.multibody)
+    late = noise.delay if isinstance(noise, BodyNoise) else 0.0
+    return estimator or BodyEstimator(control.multibody, delay=late)
 
 
-def _rollout(
+def make_rollout(
     control: Walker,
     plant: BodyPlant,
     record: Record,
@@ -145,6 +148,16 @@ def _rollout(
     route: list[tuple[float, Steering]],
     senses: str,
 ) -> Rollout:
+    """What a record of a walk says, as a rollout.
+
+    Args:
+        control: what walked.
+        plant: what it walked.
+        record: everything that was taken down.
+        fate: what became of the robot, see `simulation.body_plant`.
+        route: (time, command) in order of time [s], from the start on.
+        senses: what the walker was told, in words; `TRUTH` for the true state.
+    """
     believed, multibody = control.controller.robot, control.multibody
     # Numbers of the plant's clock, which counts cycles.
     time = np.arange(len(record.clock)) * plant.model.opt.timestep
@@ -211,6 +224,7 @@ def _trace(
         swing_plan=plan,
         sense_time=(record.clock[:, 1] - record.clock[:, 0]) * 1e-9,
         physics_time=record.clock[:, 3] * 1e-9,
+        boards=board_numbers(plant.surroundings.boards),
         **_same(state, "position", "velocity"),
         **_same(effect, "torque"),
         **_same(told, "told_position", "told_velocity", "course", "solver"),

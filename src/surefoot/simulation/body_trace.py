@@ -5,14 +5,17 @@ It is plain arrays: it can be read, saved and loaded where MuJoCo is not install
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from functools import cached_property
+from itertools import product
 from typing import Any
 
 import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
+from surefoot.models.bumps import FloorHeight, laid_boards
+from surefoot.models.plane import rotated_by
 from surefoot.models.robot import Robot
 from surefoot.models.walker import WALKING
 
@@ -58,8 +61,10 @@ class BodyTrace:
         swing_plan: reference of the swinging sole, shape (n, 3) [m].
         course: where the robot should be, x, y and heading, shape (n, 3) [m, rad].
         solver: status of the mapping to joints, 1 or more if it succeeded, shape (n,).
-        sense_time, physics_time: wall clock of a cycle, shape (n,) [s]; how long the walker took is
-            `Rollout.decision_time`.
+        sense_time, physics_time: wall clock of a cycle, shape (n,) [s], of the estimate from what
+            the sensors told, and of physics; how long the walker took is `Rollout.decision_time`.
+        boards: that lie on the floor, shape (k, 6): x, y and half the sides [m], heading [rad],
+            height [m].
     """
 
     robot: Robot
@@ -95,6 +100,7 @@ class BodyTrace:
     solver: Array
     sense_time: Array
     physics_time: Array
+    boards: Array = field(default_factory=lambda: np.zeros((0, 6)))
 
     @property
     def walking(self) -> NDArray[np.bool_]:
@@ -118,11 +124,23 @@ class BodyTrace:
 
     @cached_property
     def clearance(self) -> Array:
-        """Height of the lowest corner of each sole, shape (n, 2) [m]."""
+        """Height of the lowest corner of each sole over the floor, shape (n, 2) [m].
+
+        Where boards lie it is the least of corners, edges and middle over what is below them.
+        """
         half_x, half_y = self.robot.foot.half
         roll, pitch = self.sole_turn[..., 0], self.sole_turn[..., 1]
-        drop = half_x * np.abs(np.sin(pitch)) + half_y * np.abs(np.sin(roll) * np.cos(pitch))
-        return self.sole_position[..., 2] - drop
+        if not len(self.boards):
+            drop = half_x * np.abs(np.sin(pitch)) + half_y * np.abs(np.sin(roll) * np.cos(pitch))
+            return self.sole_position[..., 2] - drop
+        floor, yaw = FloorHeight(laid_boards(self.boards)), self.sole_turn[..., 2]
+        least = np.full(yaw.shape, np.inf)
+        for x, y in product((-half_x, 0.0, half_x), (-half_y, 0.0, half_y)):
+            away = np.stack([np.full(yaw.shape, x), np.full(yaw.shape, y)], axis=-1)
+            place = self.sole_position[..., :2] + rotated_by(away, yaw)
+            rise = y * np.sin(roll) * np.cos(pitch) - x * np.sin(pitch)
+            least = np.minimum(least, self.sole_position[..., 2] + rise - floor.at(place))
+        return least
 
     def __repr__(self) -> str:
         return f"BodyTrace({self.robot.name!r}, {len(self.phase)} cycles, fate={self.fate})"

@@ -1,20 +1,23 @@
 """How a walk ended, and the rule by which a robot counts as recovered.
 
 Recovered: the DCM error over the last finished step is below 1 cm, and the mean velocity over the
-last two is within 2 % of the command (or 0.01 m/s, where that is more). A body in physics has
-recovered if it walks on to the end of the run.
+last two is within 2 % of the command (or 0.01 m/s, where that is more). A body in physics, which
+is never as exact, has recovered if it walks on for 5 s, or takes its last steps as before the push.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
 
 import numpy as np
 
 from surefoot.compiling import njit
+from surefoot.models.footsteps import Footstep
 from surefoot.models.plane import length
+from surefoot.models.pushes import Push
 
 SETTLED_ERROR = 0.01
 """Largest DCM error of a settled step [m]."""
@@ -24,6 +27,13 @@ SETTLED_VELOCITY = 0.02
 
 SETTLED_SLOWEST = 0.01
 """Deviation that is always allowed: 2 % of standing still is no yardstick [m/s]."""
+
+WALKED_ON = 5.0
+"""A body that walks for so long after a push has recovered [s]."""
+
+BACK_STEPS, BACK_OFFSET, BACK_TIME = 4, (0.03, 0.015), 0.02
+"""Likewise one whose last steps are like those before: how many, difference of the DCM offset in x
+and y [m], and of the duration [s]. In x there is the speed that makes up for the lost way."""
 
 MONITOR = np.dtype(
     [
@@ -126,3 +136,31 @@ def watch_all(monitors, observations, commands):
     """Take a whole log into a monitor: arrays of records of the same length."""
     for i in range(observations.shape[0]):
         watch(monitors[0], observations[i], commands[i])
+
+
+def has_walked_on(steps: Sequence[Footstep], pushes: Sequence[Push], end: float) -> bool:
+    """Whether a body that did not fall has recovered from its pushes.
+
+    Args:
+        steps: the finished ones.
+        pushes: those that have begun.
+        end: of the run [s].
+    """
+    first, last = min(push.start for push in pushes), max(push.end for push in pushes)
+    if end - last >= WALKED_ON:
+        return True
+    usual = {}
+    for step in steps:
+        if step.start + step.duration <= first:
+            usual[step.side] = step
+    since = [step for step in steps if step.start >= last][-BACK_STEPS:]
+    if len(since) < BACK_STEPS or len(usual) < 2:
+        return False
+    for step in since:
+        before = usual[step.side]
+        away = zip(step.dcm_offset, before.dcm_offset, BACK_OFFSET, strict=True)
+        if any(abs(now - then) >= most for now, then, most in away):
+            return False
+        if abs(step.duration - before.duration) >= BACK_TIME:
+            return False
+    return True

@@ -28,6 +28,7 @@ from surefoot.simulation.outcome import (
     MONITOR,
     Fall,
     Outcome,
+    has_walked_on,
     is_settled,
     mean_velocity,
     watch_all,
@@ -206,10 +207,18 @@ class Rollout:
             return Outcome.FELL
         pushed = any(push.start < self.time[-1] for push in self.pushes)
         if self.body is not None:
-            return Outcome.RECOVERED if pushed else Outcome.WALKED
+            return self._body_outcome()
         if not is_settled(self._monitor[0], *self.velocity):
             return Outcome.UNSETTLED
         return Outcome.RECOVERED if pushed else Outcome.WALKED
+
+    def _body_outcome(self) -> Outcome:
+        end = float(self.time[-1])
+        begun = [push for push in self.pushes if push.start < end]
+        if not begun:
+            return Outcome.WALKED
+        on = has_walked_on(self.footsteps, begun, end)
+        return Outcome.RECOVERED if on else Outcome.UNSETTLED
 
     @cached_property
     def fall(self) -> Fall | None:

@@ -8,22 +8,16 @@ from __future__ import annotations
 
 import hashlib
 import math
-import multiprocessing
 import platform
-import signal
-import traceback
-from collections.abc import Callable, Iterator
-from concurrent.futures.process import BrokenProcessPool
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, fields
 from datetime import date
 from pathlib import Path
 from typing import Any
 
 import msgspec
 
-from surefoot.checks import optional_module
 from surefoot.compiling import source_stamp
-from surefoot.errors import StudyError, SurefootError
+from surefoot.errors import StudyError
 from surefoot.models.robot import Robot
 from surefoot.studies.body_protocol import (
     PUSH_DURATION,
@@ -31,10 +25,10 @@ from surefoot.studies.body_protocol import (
     BodyCell,
     BodyProtocol,
     body_method,
-    cell_key,
 )
 from surefoot.studies.body_push import controller_of, measure, mechanism_of
-from surefoot.studies.compare import check_workers, installed_version
+from surefoot.studies.cell_work import Failure, Measure, Report, check_workers, measure_missing
+from surefoot.studies.compare import installed_version
 from surefoot.studies.shards import Shards, write_table
 from surefoot.version import VERSION
 
@@ -43,14 +37,6 @@ TABLE = "pushes.parquet"
 
 LIBRARIES = ("mujoco", "daqp", "numpy", "numba")
 """What else a row depends on."""
-
-
-@dataclass(frozen=True)
-class BodyFailure:
-    """A cell that could not be measured, and why."""
-
-    cell: BodyCell
-    error: str
 
 
 @dataclass(frozen=True)
@@ -71,7 +57,7 @@ class BodyComparison:
     mass: float
     step: float
     provenance: dict[str, str]
-    failures: list[BodyFailure]
+    failures: list[Failure]
 
     def as_numbers(self) -> dict[str, Any]:
         """All of it for JSON, which has no word for infinity: null, where nothing failed."""
@@ -91,7 +77,7 @@ def compare_on_body(
     folder: Path,
     *,
     workers: int = -1,
-    report: Callable[[int, int], None] | None = None,
+    report: Report | None = None,
 ) -> BodyComparison:
     """Measure what is missing, and write the table into `folder`/pushes.parquet.
 
@@ -127,33 +113,24 @@ def compare_on_body(
     return BodyComparison(rows, told, mass, protocol.step, about, failures)
 
 
-def _measured(protocol: BodyProtocol, cell: BodyCell) -> tuple[BodyCell, dict[str, Any] | str]:
-    """`measure` for another process: an error comes back as text, with its cell."""
-    if multiprocessing.parent_process() is not None:
-        # Ctrl-C is for the study, which keeps what it has and ends its workers.
-        signal.signal(signal.SIGINT, signal.SIG_IGN)
-    try:
-        return cell, measure(protocol, cell)
-    except SurefootError as error:
-        return cell, str(error)
-    except Exception:  # whatever it is, the other cells go on and this one is reported
-        return cell, traceback.format_exc()
-
-
 def run_cells(
-    protocol: BodyProtocol,
+    protocol: Any,
     shards: Shards,
     *,
     workers: int = -1,
-    report: Callable[[int, int], None] | None = None,
-) -> tuple[list[dict[str, Any]], list[BodyFailure]]:
+    report: Report | None = None,
+    ask: Measure | None = None,
+    kind: type = BodyCell,
+) -> tuple[list[dict[str, Any]], list[Failure]]:
     """Measure every cell that is not there yet; each is kept as soon as it is done.
 
     Args:
-        protocol: the questions.
+        protocol: the questions; its `cells()` are to be measured.
         shards: keeps the rows.
         workers: processes, -1 for all cores.
         report: called with the number of cells that are there, and that of all.
+        ask: makes a row of a cell; `studies.body_push.measure` if None.
+        kind: of the cells; their fields are in the row.
 
     Returns:
         The rows of this protocol, in its order, and the cells that could not be measured.
@@ -163,41 +140,18 @@ def run_cells(
         StudyError: a worker was killed from outside.
         MissingExtraError: joblib is not installed.
     """
-    check_workers(workers)
-    have = {cell_key(_cell_of(row)): row for row in shards.rows}
-    wanted = {cell_key(cell): cell for cell in protocol.cells()}
-    missing = [cell for key, cell in wanted.items() if key not in have]
-    failures: list[BodyFailure] = []
-    if report is not None:
-        report(len(wanted) - len(missing), len(wanted))
-    try:
-        for done, (cell, result) in enumerate(_parallel(protocol, missing, workers), start=1):
-            if isinstance(result, str):
-                failures.append(BodyFailure(cell, result))
-            else:
-                shards.add([result])
-                have[cell_key(cell)] = result
-            if report is not None:
-                report(len(wanted) - len(missing) + done, len(wanted))
-    except BrokenProcessPool as error:
-        raise StudyError(
-            "workers that live as long as their study",
-            "one that was killed, perhaps for want of memory",
-            "what is measured is kept: give the same command again, with fewer --workers",
-        ) from error
+    have = {_key_of(row, kind): row for row in shards.rows}
+    wanted = {_key_of(asdict(cell), kind): cell for cell in protocol.cells()}
+    failures = measure_missing(
+        ask or measure, protocol, wanted, have, shards, workers=workers, report=report
+    )
     return [have[key] for key in wanted if key in have], failures
 
 
-def _cell_of(row: dict[str, Any]) -> BodyCell:
-    return BodyCell(**{name: row[name] for name in BodyCell.__dataclass_fields__})
-
-
-def _parallel(
-    protocol: BodyProtocol, cells: list[BodyCell], workers: int
-) -> Iterator[tuple[BodyCell, dict[str, Any] | str]]:
-    joblib = optional_module("joblib", "studies on all cores", "study")
-    jobs = (joblib.delayed(_measured)(protocol, cell) for cell in cells)
-    yield from joblib.Parallel(n_jobs=workers, return_as="generator_unordered")(jobs)
+def _key_of(row: dict[str, Any], kind: type) -> tuple[Any, ...]:
+    """A cell as a key; its numbers rounded, so that it survives a file."""
+    values = (row[one.name] for one in fields(kind))
+    return tuple(round(value, 9) if isinstance(value, float) else value for value in values)
 
 
 def stamp() -> str:
@@ -223,12 +177,19 @@ def provenance(protocol: BodyProtocol) -> dict[str, str]:
         "robot file": robot_hash(protocol.robot),
         "mass": f"{mechanism_of(protocol.robot).mass:.4g} kg",
         "velocity": f"{vx:g}, {vy:g} m/s",
-        "push": f"{PUSH_DURATION:g} s on the trunk; {RECOVERY_TIME:g} s of walking after it",
+        "push": f"{PUSH_DURATION:g} s on the base; {RECOVERY_TIME:g} s of walking after it",
         "scan": f"{protocol.step:g} N s, upwards from 0 to {protocol.largest:g} m/s",
         "phases": f"{protocol.phases}, in steps of both feet",
         "state": "estimated from its sensors" if protocol.estimate else "the truth",
+        **machine(),
+        "date": date.today().isoformat(),
+    }
+
+
+def machine() -> dict[str, str]:
+    """What a study was made with."""
+    return {
         "python": platform.python_version(),
         **{name: installed_version(name) for name in LIBRARIES},
         "machine": f"{platform.system()} {platform.machine()}",
-        "date": date.today().isoformat(),
     }

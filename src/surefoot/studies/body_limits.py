@@ -8,13 +8,12 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from itertools import product
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from surefoot.control.body_control import BodyControl, BodyState
 from surefoot.control.inverse_dynamics import InverseDynamics
@@ -137,10 +136,11 @@ def active_limits(control: BodyControl, state: BodyState) -> set[str]:
     told = int(state.command.status)
     found = {words for flag, words in TOLD.items() if told & flag}
     multibody, mapping = control.multibody, control.mapping
-    if not isinstance(mapping, InverseDynamics) or "about" not in mapping._workspace:
+    if not isinstance(mapping, InverseDynamics):
         return found
-    multipliers: NDArray[np.float64] = mapping._workspace["about"]["lam"]
-    joints: NDArray[np.void] = mapping._workspace["joints"]
+    multipliers, joints = mapping.answer().multipliers, mapping.joint_limits
+    if not len(multipliers):
+        return found
     nv, motors = multibody.model.nv, len(joints)
     # Bounds of 6 unknowns and 10 rows more for each foot that stands.
     feet = (len(multipliers) - 2 * nv) // 16
@@ -163,7 +163,7 @@ def active_limits(control: BodyControl, state: BodyState) -> set[str]:
 
 def _stop(mapping: InverseDynamics, joint: Any, control: BodyControl, sign: float) -> str:
     """Whether a joint is held back by its speed or by the end of its range."""
-    stiffness = mapping._workspace["stiffness"][0]
+    stiffness = mapping.stiffness[0]
     angle = control.mechanics.position[joint["position"]]
     rate = control.mechanics.velocity[joint["dof"]]
     end = joint["high"] if sign > 0.0 else joint["low"]
@@ -222,19 +222,26 @@ def _landings(rollout: Rollout, start: float) -> tuple[list[float], list[float]]
     return errors, late
 
 
-def explain_worst(protocol: BodyProtocol, rows: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
+def explain_worst(
+    protocol: BodyProtocol,
+    rows: Sequence[dict[str, Any]],
+    report: Callable[[int, int], None] | None = None,
+) -> list[dict[str, Any]]:
     """What bound in the push that each method fails on first, direction by direction.
 
     Args:
         protocol: the questions.
         rows: of its table.
+        report: called with the number of pushes that are explained, and that of all.
 
     Returns:
         An `Explanation` as plain data for each method and direction that a push ended, with the
         name of its `robot`.
     """
-    told = []
-    for key, direction in product(protocol.methods, DIRECTIONS):
+    told, kinds = [], list(product(protocol.methods, DIRECTIONS))
+    for done, (key, direction) in enumerate(kinds):
+        if report is not None:
+            report(done, len(kinds))
         own = [r for r in rows if r["method"] == key and r["direction"] == direction]
         worst = min(own, key=lambda row: row["impulse"], default=None)
         if worst is None or worst["cause"] == BEFORE_PUSH or math.isinf(worst["impulse"]):
@@ -242,4 +249,6 @@ def explain_worst(protocol: BodyProtocol, rows: Sequence[dict[str, Any]]) -> lis
         cell = BodyCell(key, direction, worst["phase"], worst["foot"])
         found = asdict(explain(protocol, cell, worst["impulse"]))
         told.append(found | {"robot": protocol.robot.name})
+    if report is not None:
+        report(len(kinds), len(kinds))
     return told

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from itertools import product
 from typing import Any
 
@@ -191,9 +191,3 @@ def push_of(cell: BodyCell, start: float, impulse: float) -> Push:
         "swing side": (0.0, -stance),
     }[cell.direction]
     return Push(start, PUSH_DURATION, (force * x, force * y))
-
-
-def cell_key(cell: BodyCell) -> tuple[str, str, float, str]:
-    """A cell as a key; the phase rounded, so that it survives a file."""
-    values = asdict(cell)
-    return (values["method"], values["direction"], round(values["phase"], 9), values["foot"])

@@ -6,10 +6,9 @@ starts from its last answer would make the outcome depend on what was asked befo
 
 from __future__ import annotations
 
-import copy
 import time
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import lru_cache
 from typing import Any
 
@@ -18,6 +17,7 @@ import numpy as np
 from surefoot.control.body_control import BodyControl, BodyState
 from surefoot.control.body_gait import body_control, walking_robot
 from surefoot.models.body_state import BodyEstimator
+from surefoot.models.footsteps import Side
 from surefoot.models.interfaces import Controller
 from surefoot.models.joint_command import JointCommand
 from surefoot.models.multibody import SIDES, TIME_STEP, Multibody, load_multibody
@@ -28,7 +28,7 @@ from surefoot.models.walker import WALKING
 from surefoot.simulation.body_plant import STANDS, BodyPlant
 from surefoot.simulation.body_recorder import BodyRecorder, Record
 from surefoot.simulation.body_senses import BodySight
-from surefoot.simulation.body_simulate import TRUTH, _rollout
+from surefoot.simulation.body_simulate import TRUTH, make_rollout
 from surefoot.simulation.rollout import Rollout
 from surefoot.studies.body_protocol import (
     PUSH_DURATION,
@@ -45,6 +45,10 @@ LONGEST_APPROACH = 15.0
 
 STUCK = 2.0
 """A robot that stands on one foot for longer than this does not walk on [s]."""
+
+SETTLED_STEPS, SETTLED_OFFSET, SETTLED_TIME = 4, 0.015, 0.02
+"""A push is over when so many steps in a row begin that near to the gait [-, m], after steps that
+lasted as long as those of the gait [s]: what is left of the time is a walk without a push."""
 
 BEFORE_PUSH = "before the push"
 """The cause of a fall that no push brought about."""
@@ -95,6 +99,7 @@ class Moment:
         record: of the walk so far.
         fate: what has become of the robot, see `simulation.body_plant`.
         cycles: how many there were.
+        settled: whether the robot is back in its gait.
     """
 
     plant: BodyPlant
@@ -104,6 +109,7 @@ class Moment:
     record: Record
     fate: int
     cycles: int
+    settled: bool = False
 
     @property
     def time(self) -> float:
@@ -121,6 +127,35 @@ def unwatched(control: BodyControl, state: BodyState) -> None:
     """Look at nothing."""
 
 
+class Settling:
+    """Watches whether a robot is back in its gait, one touchdown after another.
+
+    Args:
+        from_time: when the push is over [s].
+    """
+
+    def __init__(self, from_time: float) -> None:
+        self._from, self._step, self._began, self._count = from_time, -1, 0.0, 0
+
+    def done(self, state: BodyState) -> bool:
+        """Whether enough steps in a row were as in the gait; to be asked in every cycle."""
+        walk = state.walk[0]
+        if walk["phase"] != WALKING or walk["steps"] == self._step:
+            return self._count >= SETTLED_STEPS
+        gait, seen = state.controller, state.observation
+        duration, self._began = walk["began"] - self._began, walk["began"]
+        self._step = walk["steps"]
+        nominal = gait.first_observation(Side(int(seen.support_side)))
+        away = (seen.dcm - seen.support_foot) - (nominal.dcm - nominal.support_foot)
+        settled = (
+            walk["began"] > self._from
+            and np.hypot(*away) < SETTLED_OFFSET
+            and abs(duration - gait.gait.step_duration) < SETTLED_TIME
+        )
+        self._count = self._count + 1 if settled else 0
+        return self._count >= SETTLED_STEPS
+
+
 def _walk(
     control: BodyControl,
     begin: Moment,
@@ -136,7 +171,8 @@ def _walk(
     recorder = BodyRecorder(plant, state, told, cycles if recorded else 1)
     row, fate = 0, begin.fate
     while row < cycles and not fate:
-        position, velocity, forces = sight.see(state, command)
+        senses = sight.read(first=command is None)
+        position, velocity, forces = sight.see(senses, state, command)
         command, state = control.step(state, plant.time, position, velocity, forces, steering)
         watch(control, state)
         if recorded:
@@ -198,31 +234,36 @@ def push_from(
     recorded: bool = False,
     watch: Watch = unwatched,
 ) -> Moment:
-    """What comes of a push: the moment 5 s after it, or that of the fall.
+    """What comes of a push: the moment 5 s after it, that of the fall, or that of the gait.
 
     Args:
         protocol: the questions.
         key: of the method.
         moment: where the push begins; it is not used up.
         push: the push.
-        recorded: whether its record is kept.
+        recorded: whether its record is kept; then it is walked to the end, also in the gait.
         watch: called in every cycle.
     """
-    sight = copy.copy(moment.sight)
-    sight.plant = plant = moment.plant.fork([push])
+    plant = moment.plant.fork([push])
+    sight = moment.sight.fork(plant)
     begin = Moment(plant, sight, moment.state, moment.command, moment.record, moment.fate, 0)
     cycles = round((PUSH_DURATION + RECOVERY_TIME) / TIME_STEP)
 
-    def stuck(state: BodyState) -> bool:
-        return bool(state.walk["now"][0] - state.walk["began"][0] > STUCK)
+    settling = Settling(push.end)
+
+    def over(state: BodyState) -> bool:
+        stuck = state.walk["now"][0] - state.walk["began"][0] > STUCK
+        return bool(stuck or (not recorded and settling.done(state)))
 
     steering = Steering(protocol.velocity)
-    return _walk(control_of(protocol, key), begin, steering, cycles, stuck, recorded, watch)
+    end = _walk(control_of(protocol, key), begin, steering, cycles, over, recorded, watch)
+    return replace(end, settled=not end.fate and settling.done(end.state))
 
 
 def survived(end: Moment) -> bool:
     """Whether the robot still walks."""
-    return end.fate == STANDS and end.cycles == round((PUSH_DURATION + RECOVERY_TIME) / TIME_STEP)
+    whole = end.cycles == round((PUSH_DURATION + RECOVERY_TIME) / TIME_STEP)
+    return end.fate == STANDS and (whole or end.settled)
 
 
 def pushed_rollout(
@@ -244,7 +285,7 @@ def pushed_rollout(
     control, steering = control_of(protocol, key), [(0.0, Steering(protocol.velocity))]
     senses = TRUTH if end.sight.estimator is None else "estimate"
     record = _joined(moment.record, end.record)
-    return _rollout(control, end.plant, record, end.fate, steering, senses), end
+    return make_rollout(control, end.plant, record, end.fate, steering, senses), end
 
 
 def _joined(first: Record, second: Record) -> Record:

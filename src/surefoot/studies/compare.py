@@ -8,13 +8,8 @@ from __future__ import annotations
 
 import hashlib
 import math
-import multiprocessing
 import platform
-import signal
-import time
-import traceback
-from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures.process import BrokenProcessPool
+from collections.abc import Callable, Iterable
 from dataclasses import asdict, dataclass
 from datetime import date
 from importlib import metadata
@@ -24,17 +19,11 @@ from typing import Any
 import numba
 import numpy as np
 
-from surefoot.checks import optional_module
 from surefoot.compiling import source_stamp
 from surefoot.control.methods import method
-from surefoot.errors import (
-    MissingExtraError,
-    ParameterError,
-    RobotError,
-    StudyError,
-    SurefootError,
-)
+from surefoot.errors import MissingExtraError, RobotError, StudyError
 from surefoot.models.robot import Robot
+from surefoot.studies.cell_work import Failure, check_workers, measure_missing
 from surefoot.studies.compare_remarks import remarks
 from surefoot.studies.conditions import condition
 from surefoot.studies.protocol import Cell, Protocol, cell_key, every_method
@@ -57,14 +46,6 @@ SOLVERS = ("daqp", "casadi")
 
 TOLD = ("key", "label", "source", "adapts", "cannot")
 """What a table says of a method."""
-
-
-@dataclass(frozen=True)
-class Failure:
-    """A cell that could not be measured, and why."""
-
-    cell: Cell
-    error: str
 
 
 @dataclass(frozen=True)
@@ -149,16 +130,6 @@ def compare_methods(
     return Comparison(rows, methods, wrong, about, said, failures)
 
 
-def check_workers(workers: int) -> None:
-    """Refuse a study that nobody works on.
-
-    Raises:
-        ParameterError: no workers.
-    """
-    if workers == 0:
-        raise ParameterError("a number of workers", "0", "leave it out for all cores")
-
-
 def open_shards(protocol: Protocol, folder: Path) -> Shards:
     """The growing table of a comparison in a folder.
 
@@ -173,19 +144,6 @@ def open_shards(protocol: Protocol, folder: Path) -> Shards:
         "solvers": {name: installed_version(name) for name in SOLVERS},
     }
     return Shards(folder, common)
-
-
-def _measured(protocol: Protocol, cell: Cell) -> tuple[Cell, dict[str, Any] | str]:
-    """`measure` for another process: an error comes back as text, with its cell."""
-    if multiprocessing.parent_process() is not None:
-        # Ctrl-C is for the study, which keeps what it has and ends its workers.
-        signal.signal(signal.SIGINT, signal.SIG_IGN)
-    try:
-        return cell, measure(protocol, cell)
-    except SurefootError as error:
-        return cell, str(error)
-    except Exception:  # whatever it is, the other cells go on and this one is reported
-        return cell, traceback.format_exc()
 
 
 def run_comparison(
@@ -211,35 +169,14 @@ def run_comparison(
         StudyError: a worker was killed from outside.
         MissingExtraError: joblib is not installed.
     """
-    check_workers(workers)
     have = {cell_key(_cell_of(row)): row for row in shards.rows}
     wanted = {cell_key(cell): cell for cell in protocol.cells()}
     # Cells that are walked alike are walked once.
     walks = {cell_key(walked): walked for walked in map(protocol.walked, wanted.values())}
-    missing = [cell for key, cell in walks.items() if key not in have]
-    failures: list[Failure] = []
-    fresh: list[dict[str, Any]] = []
-    kept = time.monotonic()
-    try:
-        for done, (cell, result) in enumerate(_parallel(protocol, missing, workers), start=1):
-            if isinstance(result, str):
-                failures.append(Failure(cell, result))
-            else:
-                fresh.append(result)
-                have[cell_key(cell)] = result
-            if time.monotonic() - kept > KEEP_EVERY:
-                shards.add(fresh)
-                fresh, kept = [], time.monotonic()
-            if report is not None:
-                report(len(walks) - len(missing) + done, len(walks))
-    except BrokenProcessPool as error:
-        raise StudyError(
-            "workers that live as long as their study",
-            "one that was killed, perhaps for want of memory",
-            "what is measured is kept: give the same command again, with fewer --workers",
-        ) from error
-    finally:
-        shards.add(fresh)
+    failures = measure_missing(
+        measure, protocol, walks, have, shards,
+        workers=workers, keep_every=KEEP_EVERY, report=report,
+    )  # fmt: skip
     rows = []
     for cell in wanted.values():
         walked = protocol.walked(cell)
@@ -254,14 +191,6 @@ def run_comparison(
 def _cell_of(row: dict[str, Any]) -> Cell:
     # Tables of older versions know no disturbance.
     return Cell(**{name: row[name] for name in Cell.__dataclass_fields__ if name in row})
-
-
-def _parallel(
-    protocol: Protocol, cells: Iterable[Cell], workers: int
-) -> Iterator[tuple[Cell, dict[str, Any] | str]]:
-    joblib = optional_module("joblib", "studies on all cores", "study")
-    jobs = (joblib.delayed(_measured)(protocol, cell) for cell in cells)
-    yield from joblib.Parallel(n_jobs=workers, return_as="generator_unordered")(jobs)
 
 
 def methods_of(protocol: Protocol, rows: Iterable[dict[str, Any]]) -> list[dict[str, Any]]:

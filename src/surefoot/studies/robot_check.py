@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from surefoot.control.body_gait import walking_robot
 from surefoot.models.multibody import Multibody
 from surefoot.models.nominal_pose import NominalPose
 from surefoot.models.robot import Robot
@@ -33,8 +34,8 @@ def check_robot(mechanism: Multibody, pose: NominalPose) -> list[Finding]:
         _symmetry(mechanism, pose),
         _leg_joints(mechanism, pose),
         _knees(pose),
-        _reach(robot, pose),
-        _narrowest(robot),
+        _reach(walking_robot(mechanism), pose),
+        _narrowest(walking_robot(mechanism), robot.foot.width),
         _ranges(mechanism),
         _given(mechanism, pose, "torque", "N m"),
         _given(mechanism, pose, "speed", "rad/s"),
@@ -81,6 +82,12 @@ def _com_height(robot: Robot, pose: NominalPose) -> Finding:
 
 
 def _hip(robot: Robot, pose: NominalPose) -> Finding:
+    if pose.spacing < 0.0:
+        return Finding(
+            "hip", PROBLEM, "body.feet as [left, right]",
+            f"the first {-pose.spacing:.3f} m to the right of the second",
+            "exchange the two names in body.feet",
+        )  # fmt: skip
     return _graded(
         "hip", pose.spacing - robot.hip, (0.002, 0.01),
         f"soles hip = {robot.hip:g} m apart, as the file says, to 2 mm", f"{pose.spacing:.4f} m",
@@ -227,20 +234,21 @@ def _reach(robot: Robot, pose: NominalPose) -> Finding:
     longest = max(robot.gait.step_x[1], -robot.gait.step_x[0])
     if not reach < longest:
         got = f"{longest:g} m; legs reach {reach:.2f} m"
-        return Finding("step length", OK, "gait.step_x within reach of the legs", got, "")
+        return Finding("step length", OK, "steps within reach of the legs", got, "")
     return Finding(
-        "step length", WARNING, f"gait.step_x within the {reach:.2f} m that the legs reach",
-        f"{longest:g} m", "bend the knees more, or shorten gait.step_x",
+        "step length", WARNING, f"step_x within the {reach:.2f} m that the legs reach",
+        f"{longest:g} m", "bend the knees more, or shorten step_x in [body.gait]",
     )  # fmt: skip
 
 
-def _narrowest(robot: Robot) -> Finding:
-    gap = 1e3 * (robot.hip + robot.gait.step_y[0] - robot.foot.width)
+def _narrowest(robot: Robot, width: float) -> Finding:
+    """`robot` is the one that walks, which has its own steps and believes in a narrower sole."""
+    gap = 1e3 * (robot.hip + robot.gait.step_y[0] - width)
     return _graded(
         "step width", min(gap, 0.0), (0.0, np.inf),
         "soles that do not overlap in the narrowest step",
         f"{gap:.0f} mm between them" if gap >= 0.0 else f"they overlap by {-gap:.0f} mm",
-        f"write {robot.foot.width + 0.02 - robot.hip:.3f} as the first of gait.step_y",
+        f"write {width + 0.02 - robot.hip:.3f} as the first of body.gait.step_y",
     )  # fmt: skip
 
 

@@ -18,7 +18,7 @@ from surefoot.simulation.rollout import Rollout
 from surefoot.viewers import palette
 from surefoot.viewers.body_time_plots import HEIGHTS, draw_body_time_plots
 from surefoot.viewers.body_top_view import body_extent, draw_body_top_view
-from surefoot.viewers.picture_file import write_picture
+from surefoot.viewers.picture_file import picture_bytes, write_picture
 from surefoot.viewers.push_arrows import LINE, label_places
 from surefoot.viewers.stances import acting_pushes
 from surefoot.viewers.walk_words import title
@@ -47,6 +47,18 @@ def draw_body(rollout: Rollout, trace: BodyTrace, path: Path) -> None:
     with style.context(["default", palette.STYLE]):
         figure = body_figure(rollout, trace)
     write_picture(figure, path, ", ".join(title(rollout)))
+
+
+def body_picture(rollout: Rollout, trace: BodyTrace) -> bytes:
+    """The same as the content of a PNG file.
+
+    Args:
+        rollout: the walk.
+        trace: its `body`.
+    """
+    with style.context(["default", palette.STYLE]):
+        figure = body_figure(rollout, trace)
+    return picture_bytes(figure, "png", ", ".join(title(rollout)))
 
 
 def body_figure(rollout: Rollout, trace: BodyTrace) -> Figure:
@@ -117,6 +129,8 @@ def _entries(rollout: Rollout) -> list[Artist]:
                 label=f"{side.name.lower()} sole",
             )
         )
+    if rollout.body is not None and len(rollout.body.boards):
+        entries.append(Patch(facecolor=palette.BOARD, linewidth=0.0, label="board on the floor"))
     if acting_pushes(rollout):
         entries.append(Patch(facecolor=palette.PUSH, alpha=0.6, linewidth=0.0, label="push"))
     entries.append(Line2D([], [], color="#b5b5b5", linewidth=0.8, label="touchdown"))

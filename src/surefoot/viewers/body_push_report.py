@@ -85,7 +85,7 @@ def protocol_words(measured: BodyPushes) -> list[str]:
     phases = len({cell.phase for cell in measured.cells})
     about = measured.provenance
     return [
-        f"A robot that walks at {about.get('velocity', '')} is pushed once on its trunk, for 0.2 s "
+        f"A robot that walks at {about.get('velocity', '')} is pushed once on its base, for 0.2 s "
         f"from one of {phases} phases of a step on, once while the left foot stands and once while "
         f"the right one does. The impulse is scanned upwards from zero in steps of "
         f"{measured.step:g} N s, never bisected: the smallest that it does not survive ends the "

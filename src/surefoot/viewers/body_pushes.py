@@ -142,7 +142,7 @@ def body_table(measured: BodyPushes) -> Table:
     state = measured.provenance.get("state", "")
     return Table(
         f"{measured.robot}, {measured.mass:.3g} kg, at {measured.provenance.get('velocity', '')}",
-        f"Smallest push of 0.2 s on the trunk that it does not survive, N s (and Δv in m/s): the "
+        f"Smallest push of 0.2 s on the base that it does not survive, N s (and Δv in m/s): the "
         f"worst of {phases} phases and {feet} {'feet' if feet > 1 else 'foot'}; every smaller one "
         f"on the grid of {measured.step:g} N s is survived. The aim is a Δv of {AIM:.2f} m/s, as "
         f"85 N s on 70 kg. State: {state}.",
@@ -179,16 +179,27 @@ def print_body_pushes(measured: BodyPushes, console: Console) -> None:
     console.print(f"\n{table.note}", highlight=False)
 
 
+LATEST = "latest landing"
+"""How much later than planned the last of the landings was; negative if all were early."""
+
 USED = {
     "friction used": ("friction", 1.0, ""),
     "largest torque over its limit": ("torque", 100.0, " %"),
     "largest joint speed over its limit": ("speed", 100.0, " %"),
     "least knee bend": ("knee", math.degrees(1.0), "°"),
     "largest landing error": ("landing off by", 100.0, " cm"),
-    "latest landing": ("late by", 1000.0, " ms"),
+    LATEST: ("", 1000.0, " ms"),
     "largest tilt of the trunk": ("tilt", math.degrees(1.0), "°"),
 }
 """Words, factor and unit of what was used, by its name in `studies.body_limits`."""
+
+
+def used_words(name: str, value: float) -> str:
+    """How much of something was used, in words; `USED` has the names."""
+    word, factor, unit = USED[name]
+    if name == LATEST:
+        return f"landing {abs(factor * value):.3g}{unit} {'early' if value < 0.0 else 'late'}"
+    return f"{word} {factor * value:.3g}{unit}"
 
 
 def explained_table(measured: BodyPushes, explained: Sequence[dict[str, Any]]) -> Table:
@@ -212,9 +223,7 @@ def explained_table(measured: BodyPushes, explained: Sequence[dict[str, Any]]) -
                 for one in entry["bindings"][:6]
             ),
             "; ".join(
-                f"{word} {factor * entry['used'][name]:.3g}{unit}"
-                for name, (word, factor, unit) in USED.items()
-                if name in entry["used"]
+                used_words(name, entry["used"][name]) for name in USED if name in entry["used"]
             ),
         )
         for entry in explained

@@ -20,6 +20,9 @@ from surefoot.viewers.elevation import shown_groups
 SKY, FLOOR, TILE = (0.90, 0.93, 0.96, 1.0), (0.83, 0.85, 0.87, 1.0), (0.74, 0.77, 0.80, 1.0)
 """Colours."""
 
+BOARD = (0.70, 0.66, 0.56, 1.0)
+"""Of what lies on the floor."""
+
 TILE_SIZE, TILES = 0.5, 8
 """Of the dark squares of the floor [m], and how far it has some, to every side."""
 
@@ -61,6 +64,7 @@ def filmed_model(multibody: Multibody) -> Any:
     look.headlight.specular[:] = 0.0
     # Smoother edges would take twice the time.
     look.quality.shadowsize, look.quality.offsamples = 2048, 0
+    model.geom_rgba[model.geom_bodyid == 0] = BOARD
     model.geom("floor").rgba[:] = FLOOR
     return model
 

@@ -16,7 +16,8 @@ from surefoot.viewers.walk_summary import describe_push, walk_summary
 
 _SENTENCES = {
     Outcome.WALKED: "walked",
-    Outcome.RECOVERED: "recovered: walked on after the push",
+    Outcome.RECOVERED: "recovered: walked on",
+    Outcome.UNSETTLED: "unsettled: not back in its gait when the run ended; walked",
     Outcome.FELL: "fell",
 }
 
@@ -69,7 +70,10 @@ def print_body(rollout: Rollout, trace: BodyTrace, console: Console) -> None:
         console.print(f"  {name:<17}{value}", soft_wrap=True, highlight=False)
     fall = rollout.body_fall
     if fall is None:
-        console.print(f"[bold]{_SENTENCES[rollout.outcome]}[/] for {rollout.time[-1]:g} s")
+        ends = (push.end for push in rollout.pushes)
+        ended = max((end for end in ends if end < rollout.time[-1]), default=0.0)
+        lasted = f"{rollout.time[-1] - ended:.3g} s{' after the push' if ended else ''}"
+        console.print(f"[bold]{_SENTENCES[rollout.outcome]}[/] for {lasted}", soft_wrap=True)
     else:
         console.print(f"[bold]fell[/]: {fall.sentence}", soft_wrap=True)
 
@@ -93,7 +97,8 @@ def _rows(rollout: Rollout, measures: BodyMeasures) -> list[tuple[str, str]]:
         rows.append(("speed held", held))
     if measures.lateral_drift is not None and measures.heading_error is not None:
         drift, turn = 1e3 * measures.lateral_drift, math.degrees(measures.heading_error)
-        rows.append(("off course", f"{drift:+.0f} mm to the left, heading {turn:+.1f}°"))
+        side = "left" if drift >= 0.0 else "right"
+        rows.append(("off course", f"{abs(drift):.0f} mm to the {side}, heading {turn:+.1f}°"))
     if measures.knees is not None:
         bends = " and ".join(
             f"{math.degrees(low):.0f}–{math.degrees(high):.0f}°" for low, high in measures.knees

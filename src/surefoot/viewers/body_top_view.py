@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Rectangle
 from numpy.typing import NDArray
 
+from surefoot.models.bumps import laid_boards
 from surefoot.models.footsteps import Side
 from surefoot.models.robot import Foot
 from surefoot.simulation.body_measures import planned_com
@@ -73,6 +74,7 @@ def draw_body_top_view(ax: Axes, rollout: Rollout, trace: BodyTrace, shown: Exte
     ax.set_ylabel("y [m]")
     ax.grid(color="#e8e8e8", linewidth=0.5, zorder=0)
     ax.set_axisbelow(True)
+    _draw_boards(ax, trace, shown)
     _draw_soles(ax, rollout, trace)
     for index, push in enumerate(acting_pushes(rollout)):
         draw_push(ax, rollout, push, index)
@@ -81,6 +83,21 @@ def draw_body_top_view(ax: Axes, rollout: Rollout, trace: BodyTrace, shown: Exte
     fall = rollout.body_fall
     if fall is not None:
         _mark_fall(ax, rollout, shown, fall.cause.value)
+
+
+def _draw_boards(ax: Axes, trace: BodyTrace, shown: Extent) -> None:
+    for index, board in enumerate(laid_boards(trace.boards)):
+        place, half = board["place"], board["half"]
+        reach = float(np.hypot(*half))
+        if (place + reach < shown.low).any() or (place - reach > shown.high).any():
+            continue
+        ax.add_patch(
+            Rectangle(
+                pair(place - half), *(2.0 * half), angle=math.degrees(board["heading"]),
+                rotation_point="center", facecolor=palette.BOARD, linewidth=0.0, zorder=0.5,
+                gid=f"board-{index}",
+            )
+        )  # fmt: skip
 
 
 def _draw_soles(ax: Axes, rollout: Rollout, trace: BodyTrace) -> None:

@@ -17,6 +17,7 @@ from PIL import Image, ImageDraw, ImageFont
 
 from surefoot.checks import check_writable
 from surefoot.errors import ParameterError
+from surefoot.models.bumps import laid_boards
 from surefoot.models.footsteps import Side
 from surefoot.models.lipm import STANDARD_GRAVITY
 from surefoot.models.multibody import Multibody, load_multibody
@@ -94,8 +95,8 @@ class Film:
 
     @cached_property
     def multibody(self) -> Multibody:
-        """The mechanism."""
-        return load_multibody(self.trace.robot)
+        """The mechanism, and what lies on its floor."""
+        return load_multibody(self.trace.robot, laid_boards(self.trace.boards))
 
     @property
     def _weight(self) -> float:

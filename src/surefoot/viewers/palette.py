@@ -27,6 +27,7 @@ QUIET = "#6f6f6f"
 SOLE = {Side.LEFT: "#cfe3f2", Side.RIGHT: "#eae1d2"}
 SOLE_EDGE = {Side.LEFT: "#6395bd", Side.RIGHT: "#a08c69"}
 BOTH_SOLES = "#ececf0"
+BOARD = "#e3e0d4"
 
 DASHES = (0, (3, 2))
 DOTS = (0, (1, 2))

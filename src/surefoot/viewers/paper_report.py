@@ -15,8 +15,8 @@ from surefoot.viewers.plain_table import Table, markdown_table
 COLUMNS = ("where", "what", "paper", "ours", "verdict", "why")
 """Of the table of claims."""
 
-PAGE, TEXT, PICTURES = "paper.html", "paper.md", "pictures"
-"""Names of the files, and of the folder of pictures beside them."""
+PICTURES = "pictures"
+"""The folder of pictures beside page and text."""
 
 CLOCK_WORDS = (
     "How long a decision takes is measured on the clock of the machine and differs from run to "
@@ -50,6 +50,9 @@ class PaperReport:
         captions: of the pictures, by name.
         tables: more tables.
         clock_pictures: PNG files by name that differ from run to run.
+        name: of the files, without their ending.
+        heading: of the report.
+        command: that makes it.
     """
 
     claims: Sequence[Sequence[str]]
@@ -58,6 +61,9 @@ class PaperReport:
     captions: Mapping[str, str]
     tables: Sequence[Table] = ()
     clock_pictures: Mapping[str, bytes] = field(default_factory=dict)
+    name: str = "paper"
+    heading: str = "The paper, figure by figure and number by number"
+    command: str = "surefoot reproduce"
 
     def __post_init__(self) -> None:
         for row in self.claims:
@@ -87,7 +93,8 @@ def write_paper_report(report: PaperReport, folder: Path) -> list[Path]:
     Raises:
         FileError: the folder cannot be made or written to.
     """
-    files = {PAGE: page(report).encode(), TEXT: text(report).encode()}
+    files = {f"{report.name}.html": page(report).encode()}
+    files[f"{report.name}.md"] = text(report).encode()
     for name, content in {**report.pictures, **report.clock_pictures}.items():
         files[f"{PICTURES}/{name}.png"] = content
     try:
@@ -110,7 +117,7 @@ def counts(report: PaperReport) -> list[tuple[str, int]]:
 def page(report: PaperReport) -> str:
     """The report as one HTML page, pictures included."""
     body = [
-        "<h1>The paper, figure by figure and number by number</h1>",
+        f"<h1>{escape(report.heading)}</h1>",
         f"<p>{escape(_summary(report).replace('`', ''))}</p>",
         _html_table(("parameter", "value"), report.parameters),
         "<h2>Claims</h2>",
@@ -141,7 +148,7 @@ def page(report: PaperReport) -> str:
 
 def text(report: PaperReport) -> str:
     """The report in Markdown; its pictures lie in a folder beside it."""
-    lines = ["# The paper, figure by figure and number by number", "", _summary(report), ""]
+    lines = [f"# {report.heading}", "", _summary(report), ""]
     lines += markdown_table(("parameter", "value"), report.parameters)
     lines += ["## Claims", ""]
     lines += markdown_table(COLUMNS, report.claims)
@@ -161,7 +168,7 @@ def _summary(report: PaperReport) -> str:
     verdicts = ", ".join(f"{number} {verdict}" for verdict, number in counts(report))
     return (
         f"Surefoot {VERSION}. Claims: {verdicts}. Everything is simulated anew by "
-        "`surefoot reproduce`; no number of ours is written down beforehand."
+        f"`{report.command}`; no number of ours is written down beforehand."
     )
 
 

@@ -1,0 +1,155 @@
+"""`surefoot compare --simulator mujoco --disturbance`: bodies walk while something is wrong."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from surefoot.cli.arguments import check_plotting, compiling_notice, print_json
+from surefoot.cli.compare_body import INCOMPLETE, STOPPED, Progress
+from surefoot.cli.walk_body import given
+from surefoot.errors import ParameterError
+
+if TYPE_CHECKING:
+    from surefoot.studies.body_robustness import WalkProtocol
+
+OF_PUSHES = {
+    "phases": "--phases",
+    "step": "--step",
+    "estimate": "--estimate",
+    "quick": "--quick",
+    "explain": "--explain",
+}
+"""Options that walks without pushes have no use for; their state is always estimated."""
+
+OF_WALKS = {"seeds": "--seeds", "duration": "--duration"}
+"""Options that only they have."""
+
+
+@dataclass(frozen=True)
+class WalkQuestion:
+    """What the command line asks of bodies that are disturbed; see `cli.compare`."""
+
+    robots: tuple[str, ...]
+    velocity: tuple[float, float]
+    methods: tuple[str, ...]
+    disturbances: tuple[str, ...]
+    seeds: int
+    duration: float
+    workers: int
+    out: Path
+
+
+def refuse_of_pushes(simulator: str, disturbances: tuple[str, ...]) -> None:
+    """Refuse options that make no sense with a disturbance of a body, or without.
+
+    Raises:
+        ParameterError: there is one; it is named.
+    """
+    walks = simulator == "mujoco" and bool(disturbances)
+    for name, option in (OF_PUSHES if walks else OF_WALKS).items():
+        if not given(name):
+            continue
+        if walks:
+            raise ParameterError(
+                f"{option} without --disturbance: bodies that are disturbed are not pushed",
+                f"{option} and --disturbance {disturbances[0]}",
+                "leave one of them out",
+            )
+        raise ParameterError(
+            f"{option} with --simulator mujoco and --disturbance",
+            f"--simulator {simulator}" if simulator != "mujoco" else "no --disturbance",
+            f"leave {option} out, or add what is missing",
+        )
+
+
+def compare_walks(question: WalkQuestion, progress: Progress, as_json: bool) -> int:
+    """Walk, print and report; the exit status.
+
+    Raises:
+        SurefootError: see `studies.body_robustness.walk_disturbed`.
+    """
+    check_plotting()
+    protocols = _protocols(question)
+    from surefoot.checks import check_folder
+    from surefoot.studies.body_robustness import walk_disturbed
+
+    check_folder(question.out)
+    results = []
+    for protocol in protocols:
+        folder = question.out / protocol.robot.name
+        try:
+            with progress("walking") as report:
+                results.append(
+                    walk_disturbed(protocol, folder, workers=question.workers, report=report)
+                )
+        except KeyboardInterrupt:
+            click.echo(
+                f"stopped; what is measured is kept in {question.out}, and the same command goes "
+                "on there",
+                err=True,
+            )
+            return STOPPED
+    failures = [failure for result in results for failure in result.failures]
+    for failure in failures:
+        click.echo(f"could not be measured: {failure.cell}: {failure.error}", err=True)
+    _show(results, question.out, as_json)
+    return INCOMPLETE if failures else 0
+
+
+def _protocols(question: WalkQuestion) -> list[WalkProtocol]:
+    """The walks, one set for each robot.
+
+    Raises:
+        SurefootError: a robot, a method, a disturbance or a number is not there, or an extra.
+    """
+    from surefoot.checks import optional_module
+    from surefoot.models.robot import load_robot
+
+    optional_module("mujoco", "physics", "mujoco")
+    optional_module("daqp", "inverse dynamics", "mujoco")
+    from surefoot.studies.body_conditions import BODY_CONDITIONS, USUAL
+    from surefoot.studies.body_push import mechanism_of
+    from surefoot.studies.body_robustness import WalkProtocol
+
+    asked = tuple(dict.fromkeys((USUAL, *question.disturbances)))
+    if "all" in asked:
+        asked = tuple(one.key for one in BODY_CONDITIONS)
+    protocols = [
+        WalkProtocol(
+            load_robot(name),
+            question.velocity,
+            question.methods or ("unified",),
+            asked,
+            question.seeds,
+            question.duration,
+        )
+        for name in question.robots
+    ]
+    with compiling_notice(4.0, "a minute"):
+        for protocol in protocols:
+            mechanism_of(protocol.robot)
+    return protocols
+
+
+def _show(results: list[Any], out: Path, as_json: bool) -> None:
+    from rich.console import Console
+
+    from surefoot.viewers.body_walk_report import write_walk_report
+    from surefoot.viewers.body_walks import body_walks, print_body_walks
+
+    measured = [
+        body_walks(one.rows, one.methods, one.conditions, one.provenance) for one in results
+    ]
+    files = write_walk_report(measured, out)
+    if as_json:
+        print_json({"robots": [result.as_numbers() for result in results]})
+        return
+    console = Console()
+    for one in measured:
+        print_body_walks(one, console)
+        click.echo()
+    click.echo(f"report: {files[0]}, picture: {files[1]}, a table in the folder of each robot")

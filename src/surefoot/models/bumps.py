@@ -1,0 +1,125 @@
+"""A floor that is not flat: boards that lie about on it, and how high it is at a place.
+
+Boards, not hills: a sole that lands on the edge of one tilts, which is what makes bumps hard for
+feet, and box against box is contact that physics computes exactly.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from surefoot.checks import check_number, check_seed
+
+BOARD = np.dtype([("place", "f8", (2,)), ("half", "f8", (2,)), ("heading", "f8"), ("height", "f8")])
+"""Middle of a board and half its sides [m], its heading [rad], and its upper side over the floor
+[m]."""
+
+REGION = ((-3.0, 10.0), (-3.0, 3.0))
+"""Where there are boards, x and y [m]; the floor around is flat."""
+
+PITCH = 0.3
+"""Of the grid whose cells have a board each [m]."""
+
+SIDES = (0.1, 0.25)
+"""Shortest and longest side of a board, about as large as a foot [m]."""
+
+THINNEST = 0.3
+"""Height of the lowest board, of the highest one's [-]."""
+
+START = 0.35
+"""Around the origin, along x and y, there is no board [m]."""
+
+RASTER = 0.01
+"""Of the grid on which heights are looked up [m]."""
+
+NO_BOARDS = np.zeros(0, BOARD)
+"""A flat floor."""
+
+
+def scattered_boards(height: float, seed: int = 0) -> NDArray[np.void]:
+    """Boards as large as feet, at random places and headings, a third of the floor.
+
+    The same seed puts them at the same places at every height. They are 0.3 to 1 times as high as
+    is asked for, and there is none where a robot starts.
+
+    Args:
+        height: of the highest that there may be [m]; 0 is a flat floor.
+        seed: of the random numbers, at least 0.
+
+    Returns:
+        Records of `BOARD`, shape (n,).
+
+    Raises:
+        ParameterError: an argument is out of range.
+    """
+    check_number("height", height, 0.0, "m")
+    check_seed(seed)
+    if height == 0.0:
+        return NO_BOARDS
+    cells = [np.arange(low, high - 0.5 * PITCH, PITCH) for low, high in REGION]
+    corners = np.stack(np.meshgrid(*cells, indexing="ij"), axis=-1).reshape(-1, 2)
+    draw = np.random.default_rng(seed)
+    boards = np.zeros(len(corners), BOARD)
+    boards["place"] = corners + PITCH * draw.random((len(corners), 2))
+    boards["half"] = 0.5 * draw.uniform(*SIDES, (len(corners), 2))
+    boards["heading"] = draw.uniform(-math.pi, math.pi, len(corners))
+    boards["height"] = height * draw.uniform(THINNEST, 1.0, len(corners))
+    reach = np.hypot(*boards["half"].T)
+    near = (np.abs(boards["place"]) < START + reach[:, None]).all(axis=1)
+    return boards[~near]
+
+
+def board_numbers(boards: NDArray[np.void]) -> NDArray[np.float64]:
+    """Boards as plain numbers, shape (n, 6), in the order of `BOARD`."""
+    return boards.view(np.float64).reshape(-1, BOARD.itemsize // 8)
+
+
+def laid_boards(numbers: NDArray[np.float64]) -> NDArray[np.void]:
+    """The boards that `board_numbers` made numbers of."""
+    return np.ascontiguousarray(numbers, np.float64).reshape(-1).view(BOARD)
+
+
+class FloorHeight:
+    """Height of the floor at many places, looked up on a grid of 1 cm.
+
+    Args:
+        boards: records of `BOARD`.
+    """
+
+    def __init__(self, boards: NDArray[np.void]) -> None:
+        shape = [round((high - low) / RASTER) + 1 for low, high in REGION]
+        self._heights = np.zeros(shape if len(boards) else (1, 1))
+        for index in range(len(boards)):
+            self._lay(boards[index])
+
+    def _lay(self, board: Any) -> None:
+        reach = float(np.hypot(*board["half"]))
+        spans = []
+        for place, (low, _), size in zip(board["place"], REGION, self._heights.shape, strict=True):
+            first = max(math.floor((place - reach - low) / RASTER), 0)
+            last = min(math.ceil((place + reach - low) / RASTER) + 1, size)
+            spans.append(slice(first, max(last, first)))
+        x, y = (
+            low + RASTER * np.arange(span.start, span.stop) - place
+            for place, (low, _), span in zip(board["place"], REGION, spans, strict=True)
+        )
+        cosine, sine = math.cos(board["heading"]), math.sin(board["heading"])
+        along = cosine * x[:, None] + sine * y[None]
+        across = cosine * y[None] - sine * x[:, None]
+        on = (np.abs(along) <= board["half"][0]) & (np.abs(across) <= board["half"][1])
+        part = self._heights[spans[0], spans[1]]
+        part[on] = np.maximum(part[on], board["height"])
+
+    def at(self, places: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Height at places, shape (..., 2) to shape (...) [m]."""
+        if self._heights.size == 1:
+            return np.zeros(np.shape(places)[:-1])
+        low = np.array([first for first, _ in REGION])
+        cells = np.rint((np.asarray(places) - low) / RASTER).astype(int)
+        inside = np.all((cells >= 0) & (cells < self._heights.shape), axis=-1)
+        cells = np.where(np.expand_dims(inside, -1), cells, 0)
+        return np.where(inside, self._heights[cells[..., 0], cells[..., 1]], 0.0)

@@ -1,0 +1,226 @@
+"""Walks while something is wrong: what is wrong, the rows, and what is shown of them."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+import surefoot as sf
+from surefoot.cli import main
+from surefoot.models.body_state import BodySenses
+from surefoot.studies import body_robustness
+from surefoot.studies.body_conditions import BODY_CONDITIONS, SILENT, USUAL, body_condition
+from surefoot.studies.body_robustness import (
+    WalkCell,
+    WalkProtocol,
+    measure_walk,
+    walk_disturbed,
+)
+from surefoot.viewers.body_walk_report import PICTURE, TEXT, walk_figure, write_walk_report
+from surefoot.viewers.body_walks import BodyWalks, body_walks, falls_table, walk_table
+
+ROBOT = sf.load_robot("paper-biped")
+SMALL = WalkProtocol(ROBOT, conditions=(USUAL, "delay-5ms"), seeds=1, duration=1.6)
+
+
+def row(condition: str, seed: int, **changes: object) -> dict:
+    usual = {
+        "method": "unified", "condition": condition, "seed": seed, "walked": True, "time": 20.0,
+        "cause": "", "words": "", "dcm_error": 0.012, "estimate_error": 0.002, "drift": -0.03,
+        "heading": 0.01, "speed": 0.3, "seconds": 1.0,
+    }  # fmt: skip
+    return usual | changes
+
+
+@pytest.fixture
+def shown() -> BodyWalks:
+    fall = {
+        "walked": False, "time": 4.2, "cause": "slip", "words": "slip at 3.90 s: the left sole slid"
+    }  # fmt: skip
+    rows = [
+        row(USUAL, 0), row(USUAL, 1, dcm_error=0.02, drift=math.nan),
+        row("bumps-10mm", 0), row("bumps-10mm", 1, **fall),
+    ]  # fmt: skip
+    labels = [{"key": key, "label": body_condition(key).label} for key in (USUAL, "bumps-10mm")]
+    return body_walks(rows, [{"key": "unified", "label": "unified"}], labels, {"robot": "biped"})
+
+
+def test_every_condition_can_be_walked() -> None:
+    assert len({one.key for one in BODY_CONDITIONS}) == len(BODY_CONDITIONS)
+    for one in BODY_CONDITIONS:
+        assert one.noise(3).seed == one.surroundings(3).seed == 3
+    usual, worst = body_condition(USUAL), body_condition("all-at-once")
+    assert usual.noise(0) == sf.BodyNoise()
+    assert usual.surroundings(0) == sf.Surroundings()
+    assert worst.noise(0) == sf.BodyNoise(delay=0.005)
+    assert worst.surroundings(2) == sf.Surroundings(0.4, 10.0, 1.1, 0.01, 2)
+
+
+def test_what_is_alone_is_alone() -> None:
+    alone = body_condition("velocity-noise").noise(0)
+    for name in SILENT:
+        assert getattr(alone, name) == (0.1 if name == "rate" else 0.0)
+    inertial = body_condition("imu-noise").noise(0)
+    assert inertial.encoder == inertial.rate == inertial.force == 0.0
+    assert inertial.gyro == inertial.gyro_bias == 0.005
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"conditions": ("fog",)}, "a disturbance of a body"),
+        ({"conditions": ()}, "at least one of `conditions`"),
+        ({"methods": ("unified", "unified")}, "each of them once"),
+        ({"seeds": 0}, "`seeds` as a whole number"),
+        ({"duration": 0.0}, "`duration` above 0"),
+    ],
+)
+def test_walks_that_cannot_be_are_refused(changes: dict, message: str) -> None:
+    with pytest.raises(sf.ParameterError, match=message):
+        WalkProtocol(ROBOT, **changes)
+
+
+def test_a_row_is_the_same_twice_and_true() -> None:
+    cell = WalkCell("unified", "mass+10%", 1)
+    first, again = (measure_walk(SMALL, cell) for _ in range(2))
+    seconds = {"seconds": 0.0}
+    assert repr(first | seconds) == repr(again | seconds)
+    assert first["walked"]
+    assert first["time"] == pytest.approx(SMALL.duration)
+    assert 0.0 < first["estimate_error"] < 0.01
+    assert 0.0 < first["dcm_error"] < 0.1
+
+
+def test_a_fall_is_told_with_its_cause(monkeypatch: pytest.MonkeyPatch) -> None:
+    ice = replace(body_condition(USUAL), world={"friction": 0.05})
+    monkeypatch.setattr(body_robustness, "body_condition", lambda _: ice)
+    found = measure_walk(WalkProtocol(ROBOT, duration=6.0), WalkCell("unified", USUAL, 0))
+    assert not found["walked"]
+    assert found["time"] < 6.0
+    assert found["cause"]
+    assert found["words"].startswith(found["cause"])
+
+
+def test_a_study_goes_on_where_it_was(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    result = walk_disturbed(SMALL, tmp_path, workers=1)
+    assert [one["condition"] for one in result.rows] == [USUAL, "delay-5ms"]
+    assert all(one["walked"] for one in result.rows), result.rows
+    monkeypatch.setattr(body_robustness, "measure_walk", None)
+    again = walk_disturbed(SMALL, tmp_path, workers=1)
+    assert repr(again.rows) == repr(result.rows)
+    json.dumps(again.as_numbers(), allow_nan=False)
+    with pytest.raises(sf.FileError, match="a folder of the same study"):
+        walk_disturbed(WalkProtocol(ROBOT, duration=9.0), tmp_path, workers=1)
+
+
+def test_the_worst_walk_counts(shown: BodyWalks) -> None:
+    usual, rough = walk_table(shown, "unified").rows
+    assert usual[1:] == ("2 of 2", "20", "2.0", "30", "10")
+    assert rough[1] == "1 of 2; 4.2 s"
+    assert rough[2] == "12"
+    assert falls_table(shown).rows == [
+        ("bumps of 10 mm", "1", "4.2 s", "slip at 3.90 s: the left sole slid")
+    ]
+
+
+def test_the_report_has_it_all(shown: BodyWalks, tmp_path: Path) -> None:
+    files = write_walk_report([shown], tmp_path)
+    assert [path.name for path in files] == [TEXT, PICTURE]
+    first = [path.read_bytes() for path in files]
+    assert [path.read_bytes() for path in write_walk_report([shown], tmp_path)] == first
+    text = first[0].decode()
+    assert "1 of 2; 4.2 s" in text
+    assert "the left sole slid" in text
+    figure = walk_figure([shown])
+    (ax,) = figure.axes
+    lines = {line.get_gid(): line for line in ax.lines}
+    assert np.asarray(lines["tracking-biped-unified-usual-noise"].get_xdata()) == pytest.approx(
+        [12.0, 20.0]
+    )
+    assert "fell-biped-unified-bumps-10mm" in lines
+    assert "fell-biped-unified-usual-noise" not in lines
+
+
+class Spikes:
+    """A foot force that is too large in two cycles of three, or in all."""
+
+    def __init__(self, every: bool) -> None:
+        self.every = every
+
+    def start(self) -> int:
+        return 0
+
+    def step(self, memory: int, senses: BodySenses) -> tuple[BodySenses, int]:
+        if self.every or memory % 3:
+            senses = senses._replace(foot_force=senses.foot_force + 25.0)
+        return senses, memory + 1
+
+
+def test_a_landing_is_not_believed_at_once(body_control: sf.BodyControl) -> None:
+    plain, noisy, wrong = (
+        sf.simulate_body(body_control, 2.5, noise=noise)
+        for noise in (None, Spikes(False), Spikes(True))
+    )
+    assert len(noisy.footsteps) == len(plain.footsteps)
+    ends = [
+        np.array([step.start + step.duration for step in one.footsteps])[:3]
+        for one in (plain, noisy, wrong)
+    ]
+    # The estimate listens to the forces, too: the walks are not quite the same.
+    assert ends[1] == pytest.approx(ends[0], abs=0.012)
+    assert (ends[2] < ends[0] - 0.02).any(), ends
+
+
+def test_an_estimate_knows_by_itself_how_late_its_sensors_are(
+    body_control: sf.BodyControl,
+) -> None:
+    late = sf.BodyNoise(delay=0.005)
+    known = sf.BodyEstimator(body_control.multibody, delay=0.005)
+    walks = [
+        sf.simulate_body(body_control, 1.5, noise=late, estimator=estimator)
+        for estimator in (None, known)
+    ]
+    assert walks[0].estimator == walks[1].estimator
+    assert np.array_equal(walks[0].com, walks[1].com)
+
+
+def run(*arguments: str):
+    return CliRunner().invoke(main, ["compare", *arguments])
+
+
+def test_from_the_command_line(tmp_path: Path) -> None:
+    arguments = [
+        "--simulator", "mujoco", "--disturbance", "bumps-10mm", "--seeds", "1", "--duration", "1.5",
+        "--workers", "1", "--out", str(tmp_path),
+    ]  # fmt: skip
+    result = run(*arguments)
+    assert result.exit_code == 0, result.output
+    for words in ("usual noise", "bumps of 10 mm", "1 of 1", "DCM [mm]", "walks.md"):
+        assert words in result.output
+    assert (tmp_path / "paper-biped" / "walks.parquet").exists()
+    told = json.loads(run(*arguments, "--json").stdout)
+    assert [one["condition"] for one in told["robots"][0]["rows"]] == [USUAL, "bumps-10mm"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--simulator", "mujoco", "--disturbance", "fog"], "a disturbance of a body (usual-noise"),
+        (["--simulator", "mujoco", "--disturbance", "all", "--phases", "2"], "--phases without"),
+        (["--simulator", "mujoco", "--disturbance", "all", "--explain"], "--explain without"),
+        (["--simulator", "mujoco", "--disturbance", "all", "--mass", "9"], "--simulator lipm"),
+        (["--simulator", "mujoco", "--seeds", "2"], "no --disturbance"),
+        (["--duration", "2"], "--duration with --simulator mujoco and --disturbance"),
+        (["--simulator", "mujoco", "--disturbance", "all", "--seeds", "0"], "`seeds` as a whole"),
+    ],
+)
+def test_misuse_is_refused(arguments: list[str], message: str, tmp_path: Path) -> None:
+    result = run(*arguments, "--out", str(tmp_path / "out"))
+    assert result.exit_code == 2, result.output
+    assert message in " ".join(result.output.split())

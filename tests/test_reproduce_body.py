@@ -1,0 +1,106 @@
+"""The paper's pushes on a body: the one of Figs. 9 and 10, and the largest."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+import surefoot as sf
+from surefoot.cli import main
+from surefoot.cli.reproduce import body_report
+from surefoot.studies import paper_body
+from surefoot.studies.claim import NOT_REPRODUCED, REPRODUCED
+from surefoot.studies.paper_body import (
+    IN_PART,
+    PAPER_PUSHES,
+    BodyAnswer,
+    back_words,
+    body_claim,
+    paper_push_answers,
+    step_rows,
+)
+from surefoot.viewers.paper_report import write_paper_report
+
+FORWARD, HEADLINE = PAPER_PUSHES[0], PAPER_PUSHES[-2]
+
+
+@pytest.fixture(scope="module")
+def robot() -> sf.Robot:
+    return sf.load_robot("paper-biped")
+
+
+@pytest.fixture(scope="module")
+def answers(robot: sf.Robot) -> list[BodyAnswer]:
+    told: list[tuple[int, int]] = []
+    found = paper_push_answers(
+        robot, (FORWARD, HEADLINE), ("unified",), lambda *done: told.append(done)
+    )
+    assert told == [(1, 2), (2, 2)]
+    return found
+
+
+def test_pushes_are_those_of_the_paper() -> None:
+    assert [push.impulse for push in PAPER_PUSHES] == [35.2] * 3 + [70.56, 58.8, 58.8, 82.32, 85.0]
+    assert {push.direction for push in PAPER_PUSHES} == {"forward", "stance side", "swing side"}
+
+
+def test_the_push_comes_in_the_paper_s_phase(answers: list[BodyAnswer]) -> None:
+    for one in answers:
+        pushed, (push,) = one.steps[0], one.rollout.pushes
+        assert pushed.side == sf.Side.RIGHT
+        assert push.start == one.begin
+        assert np.multiply(push.duration, push.force) == pytest.approx((one.push.impulse, 0.0))
+        usual = one.usual_step
+        assert (one.begin - usual.start) / usual.duration == pytest.approx(0.2, abs=0.02)
+
+
+def test_the_body_survives_what_the_point_mass_does(answers: list[BodyAnswer]) -> None:
+    assert [one.alive for one in answers] == [True, True]
+    first = answers[0]
+    # The push takes the landing forward, and its effect dies out.
+    assert first.steps[0].step[0] > first.usual_step.step[0] + 0.1
+    assert first.off[0] < 0.05
+    assert first.off[-1] < 0.02
+    assert first.back_after is not None
+    for one in answers:
+        claim = body_claim(one)
+        assert claim.verdict in (REPRODUCED, IN_PART)
+        assert "walks on" in claim.ours
+        assert back_words(one) in claim.ours
+
+
+def test_a_fall_is_not_reproduced(answers: list[BodyAnswer]) -> None:
+    fallen = replace(answers[1], alive=False)
+    assert fallen.back_after is None
+    assert body_claim(fallen).verdict == NOT_REPRODUCED
+
+
+def test_the_command_writes_the_report(
+    answers: list[BodyAnswer], tmp_path: Path, monkeypatch
+) -> None:
+    monkeypatch.setattr(paper_body, "paper_push_answers", lambda robot: answers)
+    asked = ["reproduce", "--simulator", "mujoco", "--out", str(tmp_path / "out")]
+    result = CliRunner().invoke(main, asked)
+    assert result.exit_code == 0, result.output
+    assert "82.32 N s, forward; unified (ours): walks on; reproduced" in result.stdout
+    assert (tmp_path / "out" / "pictures" / "body-unified-82.32-forward.png").stat().st_size > 0
+
+
+def test_the_report_has_every_push_and_its_picture(
+    robot: sf.Robot, answers: list[BodyAnswer], tmp_path: Path
+) -> None:
+    report = body_report(robot, answers)
+    assert len(report.pictures) == 2
+    files = write_paper_report(report, tmp_path)
+    assert [file.name for file in files[:2]] == ["paper_body.html", "paper_body.md"]
+    text = files[1].read_text("utf-8")
+    assert "# The paper's pushes on a body" in text
+    assert "surefoot reproduce --simulator mujoco" in text
+    for claim in report.claims:
+        assert all(words.strip() for words in claim)
+        assert claim[3] in text
+    assert len(step_rows(answers)) == 12
