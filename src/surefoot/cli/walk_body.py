@@ -133,8 +133,9 @@ def walk_body(walk: BodyWalk, as_json: bool) -> None:
     _check_outputs(walk)
     check_number("duration", walk.duration, 0.0, "s", above=True)
     # What is wrong in these is told at once, not after a minute of compiling.
-    for check in (lambda: route_of(walk), walk.world.surroundings, walk.world.noise):
-        check()
+    route_of(walk)
+    walk.world.surroundings()
+    walk.world.noise()
     with compiling_notice(8.0, "a minute"):
         control = make_control(walk)
         # What a walk compiles, it compiles in its first cycles.

@@ -7,7 +7,6 @@ where it was. Its rows do not depend on how many work on it.
 from __future__ import annotations
 
 import hashlib
-import math
 import platform
 from dataclasses import asdict, dataclass, fields
 from datetime import date
@@ -27,7 +26,14 @@ from surefoot.studies.body_protocol import (
     body_method,
 )
 from surefoot.studies.body_push import controller_of, measure, mechanism_of
-from surefoot.studies.cell_work import Failure, Measure, Report, check_workers, measure_missing
+from surefoot.studies.cell_work import (
+    Failure,
+    Measure,
+    Report,
+    check_workers,
+    measure_missing,
+    without_infinity,
+)
 from surefoot.studies.compare import installed_version
 from surefoot.studies.shards import Shards, write_table
 from surefoot.version import VERSION
@@ -61,13 +67,7 @@ class BodyComparison:
 
     def as_numbers(self) -> dict[str, Any]:
         """All of it for JSON, which has no word for infinity: null, where nothing failed."""
-        rows = [
-            {
-                name: None if isinstance(value, float) and math.isinf(value) else value
-                for name, value in row.items()
-            }
-            for row in self.rows
-        ]
+        rows = [without_infinity(row) for row in self.rows]
         failures = [{**asdict(one.cell), "error": one.error} for one in self.failures]
         return asdict(self) | {"rows": rows, "failures": failures}
 

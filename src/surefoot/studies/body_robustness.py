@@ -27,7 +27,7 @@ from surefoot.studies.body_compare import machine, robot_hash, run_cells, stamp
 from surefoot.studies.body_conditions import BODY_CONDITIONS, body_condition
 from surefoot.studies.body_protocol import body_method
 from surefoot.studies.body_push import NO_STEP, STUCK, mechanism_of
-from surefoot.studies.cell_work import Failure, check_workers
+from surefoot.studies.cell_work import Failure, check_workers, without_infinity
 from surefoot.studies.shards import Shards, write_table
 from surefoot.version import VERSION
 
@@ -126,13 +126,7 @@ class WalkStudy:
 
     def as_numbers(self) -> dict[str, Any]:
         """All of it for JSON, which has no word for what is not there: null."""
-        rows = [
-            {
-                name: None if isinstance(value, float) and math.isnan(value) else value
-                for name, value in row.items()
-            }
-            for row in self.rows
-        ]
+        rows = [without_infinity(row) for row in self.rows]
         failures = [{**asdict(one.cell), "error": one.error} for one in self.failures]
         return asdict(self) | {"rows": rows, "failures": failures}
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import multiprocessing
 import signal
 import time
@@ -30,6 +31,14 @@ class Failure:
 
     cell: Any
     error: str
+
+
+def without_infinity(row: Row) -> Row:
+    """A row for JSON, which has no word for infinity, nor for what is no number: null."""
+    return {
+        name: None if isinstance(value, float) and not math.isfinite(value) else value
+        for name, value in row.items()
+    }
 
 
 def check_workers(workers: int) -> None:

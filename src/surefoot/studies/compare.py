@@ -7,7 +7,6 @@ where it was.
 from __future__ import annotations
 
 import hashlib
-import math
 import platform
 from collections.abc import Callable, Iterable
 from dataclasses import asdict, dataclass
@@ -23,7 +22,7 @@ from surefoot.compiling import source_stamp
 from surefoot.control.methods import method
 from surefoot.errors import MissingExtraError, RobotError, StudyError
 from surefoot.models.robot import Robot
-from surefoot.studies.cell_work import Failure, check_workers, measure_missing
+from surefoot.studies.cell_work import Failure, check_workers, measure_missing, without_infinity
 from surefoot.studies.compare_remarks import remarks
 from surefoot.studies.conditions import condition
 from surefoot.studies.protocol import Cell, Protocol, cell_key, every_method
@@ -72,20 +71,13 @@ class Comparison:
         """All of it for JSON, which has no word for infinity: null, for a leg without a limit or a
         scan on which nothing failed."""
         return {
-            "rows": [_without_infinity(row) for row in self.rows],
-            "methods": [_without_infinity(row) for row in self.methods],
+            "rows": [without_infinity(row) for row in self.rows],
+            "methods": [without_infinity(row) for row in self.methods],
             "disturbances": self.disturbances,
             "provenance": self.provenance,
             "remarks": self.remarks,
             "failures": [{**asdict(one.cell), "error": one.error} for one in self.failures],
         }
-
-
-def _without_infinity(row: dict[str, Any]) -> dict[str, Any]:
-    return {
-        name: None if isinstance(value, float) and not math.isfinite(value) else value
-        for name, value in row.items()
-    }
 
 
 def compare_methods(

@@ -11,7 +11,6 @@ from typing import Any
 
 from matplotlib import style
 
-from surefoot.errors import FileError
 from surefoot.version import VERSION
 from surefoot.viewers import palette
 from surefoot.viewers.body_push_figure import body_push_figure
@@ -25,6 +24,7 @@ from surefoot.viewers.body_pushes import (
 )
 from surefoot.viewers.picture_file import picture_bytes
 from surefoot.viewers.plain_table import Table, markdown_table
+from surefoot.viewers.report_files import write_files
 
 PAGE, TEXT, PICTURE = "pushes.html", "pushes.md", "pushes.png"
 """Names of the files; the picture lies in the folder of its robot."""
@@ -63,15 +63,7 @@ def write_body_report(
         TEXT: body_text(measured, explained).encode(),
     }
     contents |= {f"{robot}/{PICTURE}": picture for robot, picture in pictures.items()}
-    try:
-        for name, content in contents.items():
-            (folder / name).parent.mkdir(exist_ok=True)
-            (folder / name).write_bytes(content)
-    except OSError as error:
-        raise FileError(
-            "a folder that can be written to", f"{folder}: {error.strerror}", "choose another place"
-        ) from error
-    return [folder / name for name in contents]
+    return write_files(contents, folder, subfolders=pictures)
 
 
 def _picture(measured: BodyPushes) -> bytes:

@@ -17,7 +17,7 @@ from surefoot.simulation.body_measures import planned_com
 from surefoot.simulation.body_trace import BodyTrace
 from surefoot.simulation.rollout import Rollout
 from surefoot.viewers import palette
-from surefoot.viewers.ground import Extent, pair
+from surefoot.viewers.ground import Extent, draw_ground, pair
 from surefoot.viewers.palette import DASHES, HALO
 from surefoot.viewers.push_arrows import draw_push, label_pushes, push_arrow
 from surefoot.viewers.stances import acting_pushes, sole_reach
@@ -67,13 +67,7 @@ def draw_body_top_view(ax: Axes, rollout: Rollout, trace: BodyTrace, shown: Exte
         trace: its `body`.
         shown: the ground to show.
     """
-    ax.set_aspect("equal")
-    ax.set_xlim(shown.low[0], shown.high[0])
-    ax.set_ylim(shown.low[1], shown.high[1])
-    ax.set_xlabel("x [m]")
-    ax.set_ylabel("y [m]")
-    ax.grid(color="#e8e8e8", linewidth=0.5, zorder=0)
-    ax.set_axisbelow(True)
+    draw_ground(ax, shown)
     _draw_boards(ax, trace, shown)
     _draw_soles(ax, rollout, trace)
     for index, push in enumerate(acting_pushes(rollout)):

@@ -10,12 +10,12 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from surefoot.errors import FileError
 from surefoot.version import VERSION
 from surefoot.viewers import palette
 from surefoot.viewers.body_walks import NOTE, BodyWalks, falls_table, walk_table
 from surefoot.viewers.picture_file import picture_bytes
 from surefoot.viewers.plain_table import markdown_table
+from surefoot.viewers.report_files import write_files
 
 TEXT, PICTURE = "walks.md", "walks.png"
 """Names of the files."""
@@ -51,14 +51,7 @@ def write_walk_report(measured: Sequence[BodyWalks], folder: Path) -> list[Path]
         TEXT: walk_text(measured).encode(),
         PICTURE: picture_bytes(figure, "png", figure.get_suptitle()),
     }
-    try:
-        for name, content in files.items():
-            (folder / name).write_bytes(content)
-    except OSError as error:
-        raise FileError(
-            "a folder that can be written to", f"{folder}: {error.strerror}", "choose another place"
-        ) from error
-    return [folder / name for name in files]
+    return write_files(files, folder)
 
 
 def walk_text(measured: Sequence[BodyWalks]) -> str:

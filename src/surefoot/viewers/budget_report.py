@@ -9,7 +9,6 @@ from matplotlib import style
 from rich.console import Console
 from rich.table import Table as TerminalTable
 
-from surefoot.errors import FileError
 from surefoot.version import VERSION
 from surefoot.viewers import palette
 from surefoot.viewers.budget import Budget, Kept, Wrong
@@ -17,6 +16,7 @@ from surefoot.viewers.budget_figure import budget_figure, lost_words
 from surefoot.viewers.compare_words import percent
 from surefoot.viewers.picture_file import picture_bytes
 from surefoot.viewers.plain_table import markdown_table
+from surefoot.viewers.report_files import write_files
 
 TEXT, PICTURE = "budget.md", "budget.png"
 """Names of the files."""
@@ -101,14 +101,7 @@ def write_budget_report(measured: Budget, folder: Path) -> list[Path]:
         TEXT: budget_text(measured).encode(),
         PICTURE: picture_bytes(figure, "png", figure.get_suptitle()),
     }
-    try:
-        for name, content in files.items():
-            (folder / name).write_bytes(content)
-    except OSError as error:
-        raise FileError(
-            "a folder that can be written to", f"{folder}: {error.strerror}", "choose another place"
-        ) from error
-    return [folder / name for name in files]
+    return write_files(files, folder)
 
 
 def _rows(

@@ -9,7 +9,6 @@ from pathlib import Path
 from matplotlib import style
 from matplotlib.figure import Figure
 
-from surefoot.errors import FileError
 from surefoot.version import VERSION
 from surefoot.viewers import palette
 from surefoot.viewers.compare_page import compare_page
@@ -26,6 +25,7 @@ from surefoot.viewers.fraction_figure import fraction_figure
 from surefoot.viewers.picture_file import picture_bytes
 from surefoot.viewers.plain_table import markdown_table
 from surefoot.viewers.push_map import push_map_figure
+from surefoot.viewers.report_files import write_files
 
 PAGE, TEXT, PICTURES = "compare.html", "compare.md", "pictures"
 """Names of the files, and of the folder of pictures beside them."""
@@ -63,15 +63,7 @@ def write_compare_report(
             figure = draw()
         title = figure.get_suptitle()
         files[f"{PICTURES}/{name}.png"] = picture_bytes(figure, "png", title)
-    try:
-        (folder / PICTURES).mkdir(parents=True, exist_ok=True)
-        for name, content in files.items():
-            (folder / name).write_bytes(content)
-    except OSError as error:
-        raise FileError(
-            "a folder that can be written to", f"{folder}: {error.strerror}", "choose another place"
-        ) from error
-    return [folder / name for name in files]
+    return write_files(files, folder, subfolders=(PICTURES,))
 
 
 def compare_text(

@@ -44,3 +44,19 @@ def metres_per_inch(ax: Axes) -> float:
     low, high = ax.get_xlim()
     width = ax.get_position().width * ax.figure.get_figure(root=True).get_size_inches()[0]
     return (high - low) / width
+
+
+def draw_ground(ax: Axes, shown: Extent) -> None:
+    """Set axes up as ground seen from above.
+
+    Args:
+        ax: its box has the proportions of `shown`.
+        shown: the ground to show.
+    """
+    ax.set_aspect("equal")
+    ax.set_xlim(shown.low[0], shown.high[0])
+    ax.set_ylim(shown.low[1], shown.high[1])
+    ax.set_xlabel("x [m]")
+    ax.set_ylabel("y [m]")
+    ax.grid(color="#e8e8e8", linewidth=0.5, zorder=0)
+    ax.set_axisbelow(True)

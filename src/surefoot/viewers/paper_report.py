@@ -8,9 +8,10 @@ from dataclasses import dataclass, field
 from html import escape
 from pathlib import Path
 
-from surefoot.errors import FileError, ParameterError
+from surefoot.errors import ParameterError
 from surefoot.version import VERSION
 from surefoot.viewers.plain_table import Table, markdown_table
+from surefoot.viewers.report_files import write_files
 
 COLUMNS = ("where", "what", "paper", "ours", "verdict", "why")
 """Of the table of claims."""
@@ -97,15 +98,7 @@ def write_paper_report(report: PaperReport, folder: Path) -> list[Path]:
     files[f"{report.name}.md"] = text(report).encode()
     for name, content in {**report.pictures, **report.clock_pictures}.items():
         files[f"{PICTURES}/{name}.png"] = content
-    try:
-        (folder / PICTURES).mkdir(parents=True, exist_ok=True)
-        for name, content in files.items():
-            (folder / name).write_bytes(content)
-    except OSError as error:
-        raise FileError(
-            "a folder that can be written to", f"{folder}: {error.strerror}", "choose another place"
-        ) from error
-    return [folder / name for name in files]
+    return write_files(files, folder, subfolders=(PICTURES,))
 
 
 def counts(report: PaperReport) -> list[tuple[str, int]]:

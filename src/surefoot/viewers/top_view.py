@@ -17,7 +17,7 @@ from surefoot.models.robot import Foot
 from surefoot.simulation.lipm_simulator import FALL_DISTANCE
 from surefoot.simulation.rollout import Rollout
 from surefoot.viewers import palette
-from surefoot.viewers.ground import Extent, metres_per_inch, pair
+from surefoot.viewers.ground import Extent, draw_ground, metres_per_inch, pair
 from surefoot.viewers.palette import DASHES, HALO
 from surefoot.viewers.push_arrows import draw_push, label_pushes, push_arrow
 from surefoot.viewers.stances import Stance, acting_pushes, broken, sole_reach
@@ -63,13 +63,7 @@ def draw_top_view(ax: Axes, rollout: Rollout, parts: list[Stance], shown: Extent
         parts: its stances.
         shown: the ground to show.
     """
-    ax.set_aspect("equal")
-    ax.set_xlim(shown.low[0], shown.high[0])
-    ax.set_ylim(shown.low[1], shown.high[1])
-    ax.set_xlabel("x [m]")
-    ax.set_ylabel("y [m]")
-    ax.grid(color="#e8e8e8", linewidth=0.5, zorder=0)
-    ax.set_axisbelow(True)
+    draw_ground(ax, shown)
     _draw_footprints(ax, rollout, parts)
     _number_footprints(ax, rollout, parts)
     for index, push in enumerate(acting_pushes(rollout)):
