@@ -12,13 +12,21 @@ else
   INSTALL = uv pip install --quiet --python $(BIN)/python
 endif
 
+# The live page is tested in a browser.
+define BROWSER
+command -v chromium >/dev/null || command -v chromium-browser >/dev/null || \
+  if [ "$$(id -u)" = 0 ] && command -v apt-get >/dev/null; \
+  then apt-get update && apt-get install --yes --no-install-recommends chromium; \
+  else echo "the live page is tested in a browser; run: sudo apt-get install chromium"; fi
+endef
+
 .PHONY: demo test check bench docs clean
 
 demo: .venv/demo.done  ## walk, get pushed, recover, and leave a picture in walk.png
 	$(BIN)/surefoot walk --velocity 0.5 0 --push 176,0@1.1+0.2 --plot walk.png
 
 test: .venv/test.done  ## every test, the examples, and the commands of the README
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest -n auto --dist loadfile
 
 check: .venv/check.done  ## style and types
 	$(BIN)/ruff check .
@@ -43,6 +51,7 @@ clean:
 
 .venv/test.done: pyproject.toml | .venv/bin/python
 	$(INSTALL) -e ".[test]"
+	@$(BROWSER)
 	touch $@
 
 .venv/check.done: pyproject.toml | .venv/bin/python

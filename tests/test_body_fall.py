@@ -12,6 +12,7 @@ import pytest
 
 import surefoot as sf
 from surefoot.simulation.body_fall import QUIET, find_fall
+from surefoot.simulation.fall_signs import furthest, sole_edge
 
 CYCLES = 2700
 
@@ -48,6 +49,9 @@ def test_a_walk_without_trouble_has_no_sign(walk: sf.Rollout) -> None:
     assert fall.cause is sf.FallCause.OUT_OF_REACH
     assert fall.time == fall.end == pytest.approx(walk.time[-1] + 0.001)
     assert walk.body_fall is None
+    still = np.zeros_like(walk.body.phase)
+    fall = changed(walk, phase=still, dcm=walk.support_foot)
+    assert (fall.cause, fall.words) == (sf.FallCause.IN_A_STAND, "its legs did not hold it")
 
 
 def test_slip(walk: sf.Rollout) -> None:
@@ -115,12 +119,25 @@ def test_leg_too_slow_by_where_it_landed(walk: sf.Rollout) -> None:
 def test_trip(walk: sf.Rollout) -> None:
     first, _, foot = last_stance(walk)
     force = walk.body.sole_force.copy()
-    force[first + 200 : first + 210, 1 - foot, 2] = 150.0
-    fall = changed(walk, sole_force=force)
+    force[first + 200 : first + 205, 1 - foot, 2] = 150.0
+    soles, period = walk.body.sole_position.copy(), walk.time[1] - walk.time[0]
+    # Fast before, slow when it touches, and stopped by that.
+    swing = soles[first : first + 210, 1 - foot, 0]
+    swing[:150] += np.linspace(-0.45, 0.0, 150)
+    swing[190:201] = swing[190] + 0.7 * period * np.arange(11)
+    swing[201:] = swing[200]
+    height = soles[first + 200, 1 - foot, 2]
+    fall = changed(walk, sole_force=force, sole_position=soles)
     assert fall.cause is sf.FallCause.TRIP
     assert fall.part == ("right", "left")[foot]
     assert fall.time == pytest.approx(0.001 * (first + 200))
-    assert fall.evidence["speed"] > 0.3
+    assert fall.evidence["speed"] == pytest.approx(0.7, abs=0.02)
+    assert fall.evidence["height"] == height
+    assert "m/s, the middle of its sole" in fall.words
+    swing[190:201] = swing[190] + 0.2 * period * np.arange(11)
+    swing[201:] = swing[200]
+    fall = changed(walk, sole_force=force, sole_position=soles)
+    assert fall.cause is not sf.FallCause.TRIP
 
 
 def test_missed_ground(walk: sf.Rollout) -> None:
@@ -148,6 +165,45 @@ def test_out_of_reach(walk: sf.Rollout) -> None:
     assert fall.time == pytest.approx(0.001 * (first + 100), abs=0.3)
     assert first < 1000.0 * fall.time < last
     assert fall.evidence["beyond"] > 0.0
+
+
+@pytest.mark.parametrize("edge", [0.005, 0.05])
+@pytest.mark.parametrize("most", [-0.2, -0.05, 0.02, 0.06, 0.4])
+@pytest.mark.parametrize(("soon", "late"), [(0.0, 0.3), (0.1, 0.45), (0.0, 0.0)])
+def test_the_furthest_dcm_is_that_which_some_landing_catches(
+    most: float, edge: float, soon: float, late: float
+) -> None:
+    times = np.linspace(soon, late, 31)
+    dcm = np.linspace(-0.3, 0.5, 4001)
+    # The ZMP at the edge of the sole pushes back as hard as it can.
+    lands_at = edge + (dcm[:, None] - edge) * np.exp(3.5 * times)
+    saved = dcm[(lands_at <= most + 1e-12).any(axis=1)].max()
+    parts = (np.exp(-3.5 * np.array([soon])), np.exp(-3.5 * np.array([late])))
+    assert furthest(np.array([most]), np.array([edge]), parts) == pytest.approx(saved, abs=2.1e-4)
+
+
+def test_the_zmp_may_go_to_the_edge_of_the_real_sole(walk: sf.Rollout) -> None:
+    trace = walk.body
+    assert trace is not None
+    assert sole_edge(trace) == pytest.approx([0.1, trace.believed.foot.width / 2])
+    assert trace.robot.body is not None
+    able = msgspec.structs.replace(trace.robot.body, ankle_roll="actuated")
+    pushes = replace(trace, robot=trace.robot.replace(body=able))
+    assert sole_edge(pushes) == pytest.approx([0.1, 0.055])
+
+
+def test_a_stand_that_is_pushed_over(body_control: sf.BodyControl) -> None:
+    push = sf.Push(0.1, 0.15, (0.0, 2000.0))
+    rollout = sf.simulate_body(
+        body_control, 2.0, [push], steering=[(0.0, sf.Steering(standing=True))], estimator="truth"
+    )
+    fall = rollout.body_fall
+    assert fall is not None
+    assert fall.cause is sf.FallCause.IN_A_STAND
+    assert 0.1 < fall.time < fall.end
+    assert "the DCM left the feet, by" in fall.sentence
+    before = rollout.time < fall.time - 1e-9
+    assert np.abs(rollout.dcm[before]).max() < 0.5 * rollout.robot.hip + 0.1
 
 
 def test_what_came_first_is_the_cause_unless_it_was_long_before(walk: sf.Rollout) -> None:

@@ -21,8 +21,9 @@ from surefoot.control.body_gait import walking_robot
 from surefoot.control.fixed_landing import fixed_place, fixed_timing, with_fixed_place
 from surefoot.models.footsteps import Side
 from surefoot.planning.nominal_gait import nominal_gait
+from surefoot.simulation.body_simulate import USUAL_NOISE
 from surefoot.studies import body_compare, body_limits
-from surefoot.studies.body_compare import compare_on_body, run_cells
+from surefoot.studies.body_compare import compare_on_body
 from surefoot.studies.body_limits import explain, explain_worst
 from surefoot.studies.body_protocol import (
     BODY_METHODS,
@@ -33,6 +34,7 @@ from surefoot.studies.body_protocol import (
     push_of,
 )
 from surefoot.studies.body_push import (
+    control_of,
     measure,
     mechanism_of,
     moment_of,
@@ -40,6 +42,7 @@ from surefoot.studies.body_push import (
     pushed_rollout,
     survived,
 )
+from surefoot.studies.cell_work import run_cells
 from surefoot.studies.shards import Shards
 from surefoot.viewers.body_push_report import write_body_report
 from surefoot.viewers.body_pushes import AIM, LATEST, body_pushes, body_table, used_words
@@ -133,6 +136,26 @@ def test_a_fork_depends_on_nothing_that_was_asked_before(estimate: bool) -> None
     assert rollout.pushes == (weak,)
 
 
+@pytest.mark.parametrize("estimate", [False, True])
+def test_a_study_walks_on_what_a_walk_is_told(estimate: bool) -> None:
+    protocol = BodyProtocol(ROBOT, estimate=estimate)
+    moment = moment_of(protocol, CELL.method, CELL.foot, CELL.phase)
+    walk = sf.simulate_body(
+        control_of(protocol, CELL.method),
+        moment.time - 0.001,
+        steering=[(0.0, sf.Steering(protocol.velocity))],
+        estimator=None if estimate else "truth",
+    )
+    assert walk.body is not None
+    assert np.array_equal(walk.body.position, moment.record.state["position"])
+    rollout, _ = pushed_rollout(protocol, CELL.method, moment, push_of(CELL, moment.time, 0.0))
+    assert rollout.body is not None
+    assert rollout.body.senses == walk.body.senses
+    told = body_compare.provenance(protocol)["state"]
+    assert told == (f"estimated from {USUAL_NOISE}" if estimate else "the truth")
+    assert protocol.same_for_all()["noise"] == repr(USUAL_NOISE if estimate else None)
+
+
 @pytest.mark.parametrize("impulse", [30.0, 400.0])
 def test_a_robot_that_is_back_in_its_gait_would_have_walked_on(impulse: float) -> None:
     moment = moment_of(SMALL, "unified", "left", 0.5)
@@ -177,18 +200,18 @@ KILLED = """
 import sys, time
 from pathlib import Path
 import surefoot as sf
-from surefoot.studies import body_compare
-from surefoot.studies.body_protocol import BodyProtocol
+from surefoot.studies.body_protocol import BodyCell, BodyProtocol
+from surefoot.studies.cell_work import run_cells
 from surefoot.studies.shards import Shards
 from dataclasses import asdict
-body_compare.measure = lambda p, c: (time.sleep(0.1), asdict(c) | {"impulse": 1.0})[1]
+def measure(p, c): return (time.sleep(0.1), asdict(c) | {"impulse": 1.0})[1]
 protocol = BodyProtocol(sf.load_robot("paper-biped"), methods=("unified",), phases=4)
 shards = Shards(Path(sys.argv[1]), protocol.same_for_all())
-body_compare.run_cells(protocol, shards, workers=1)
+run_cells(measure, BodyCell, protocol, shards, workers=1)
 """
 
 
-def test_a_killed_study_goes_on_and_repeats_nothing(tmp_path, monkeypatch) -> None:
+def test_a_killed_study_goes_on_and_repeats_nothing(tmp_path) -> None:
     script, folder = tmp_path / "killed.py", tmp_path / "table"
     script.write_text(KILLED)
     study = subprocess.Popen([sys.executable, str(script), str(folder)])
@@ -203,12 +226,12 @@ def test_a_killed_study_goes_on_and_repeats_nothing(tmp_path, monkeypatch) -> No
     shards = Shards(folder, protocol.same_for_all())
     kept, again = len(shards.rows), []
     assert 3 <= kept < 32
-    monkeypatch.setattr(
-        body_compare,
-        "measure",
-        lambda p, cell: (again.append(cell), vars(cell) | {"impulse": 1.0})[1],
-    )
-    rows, failures = run_cells(protocol, shards, workers=1)
+
+    def ask(protocol: BodyProtocol, cell: BodyCell) -> dict:
+        again.append(cell)
+        return vars(cell) | {"impulse": 1.0}
+
+    rows, failures = run_cells(ask, BodyCell, protocol, shards, workers=1)
     assert not failures
     assert len(rows) == 32
     assert len(again) == 32 - kept

@@ -20,6 +20,7 @@ from surefoot.viewers.body_figure import body_figure
 from surefoot.viewers.body_time_plots import NAMES, motors_of
 from surefoot.viewers.body_top_view import standing_places
 from surefoot.viewers.body_video import GIF_SIZE, RATE, SIZE, STILL, Film
+from surefoot.viewers.ground import metres_per_inch
 
 PUSH = sf.Push(1.2, 0.1, (200.0, 0.0))
 
@@ -218,6 +219,22 @@ def test_a_fall_is_named_on_the_page(fallen: sf.Rollout) -> None:
     texts = [text.get_text() for text in figure.texts]
     assert any(fallen.body_fall.cause.value in text for text in texts)
     assert any(text.startswith("fell: ") for text in texts)
+
+
+def test_a_fall_to_the_side_does_not_shrink_the_page(body_control: sf.BodyControl) -> None:
+    push = sf.Push(2.0, 0.2, (0.0, 700.0))
+    rollout = sf.simulate_body(body_control, 4.0, [push], estimator="truth")
+    assert rollout.fallen
+    assert rollout.body is not None
+    assert rollout.dcm[-1, 1] > 1.0
+    figure = body_figure(rollout, rollout.body)
+    top = next(ax for ax in figure.axes if ax.get_xlabel() == "x [m]")
+    low, high = top.get_ylim()
+    assert metres_per_inch(top) == pytest.approx(0.25, rel=0.2)
+    for *_, place, _ in standing_places(rollout.body):
+        assert low < place[1] < high
+    (mark,) = [line for line in top.lines if line.get_gid() == "fall"]
+    assert low + 0.01 < mark.get_ydata()[0] < high - 0.01  # type: ignore[index, operator]
 
 
 def test_motors_are_of_their_side(walk: sf.Rollout) -> None:

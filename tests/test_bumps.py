@@ -11,14 +11,18 @@ import numpy as np
 import pytest
 
 import surefoot as sf
+from surefoot.control.body_walk import SOON_DOWN
 from surefoot.models.bumps import (
+    MOST_HEIGHT,
     REGION,
     START,
     FloorHeight,
     board_numbers,
+    check_course,
     laid_boards,
     scattered_boards,
 )
+from surefoot.models.steering import course_of
 from surefoot.simulation.body_plant import STANDS, TOUCHED, BodyPlant
 from surefoot.viewers.body_figure import body_figure
 
@@ -74,7 +78,51 @@ def test_numbers_and_boards_are_the_same() -> None:
     assert board_numbers(boards[:0]).shape == (0, 6)
 
 
-@pytest.mark.parametrize(("height", "seed"), [(-0.01, 0), (math.nan, 0), (0.01, -1)])
+def test_the_highest_board_is_the_highest_that_a_landing_is_believed_on() -> None:
+    assert MOST_HEIGHT == SOON_DOWN
+    assert sf.Surroundings(bumps=MOST_HEIGHT).boards["height"].max() <= SOON_DOWN
+
+
+@pytest.mark.parametrize(
+    ("velocity", "turning", "duration", "where"),
+    [
+        ((0.3, 0.0), 0.0, 31.0, ""),
+        ((0.3, 0.0), 0.0, 32.0, r"\(9\.5, 0\.0\)"),
+        ((-0.3, 0.0), 0.0, 9.0, r"\(-2\.5, 0\.0\)"),
+        ((0.0, 0.2), 0.0, 14.0, r"\(0\.0, 2\.5\)"),
+        ((0.3, 0.0), 0.2, 100.0, r"2\.5\)"),  # a circle of 1.5 m, to its left
+        ((0.3, 0.0), 0.3, 100.0, ""),  # a circle of 1 m
+    ],
+)
+def test_a_course_that_leaves_the_boards_is_refused(
+    velocity: tuple[float, float], turning: float, duration: float, where: str
+) -> None:
+    places = course_of([(0.0, sf.Steering(velocity, turning))], duration)
+    if not where:
+        check_course(places)
+        return
+    with pytest.raises(sf.ParameterError, match=f"on the boards.*{where} m; walk more slowly"):
+        check_course(places)
+
+
+def test_a_course_goes_on_and_stands_as_it_is_told() -> None:
+    route = [
+        (0.0, sf.Steering((0.3, 0.0))),
+        (2.0, sf.Steering((0.0, 0.1), 0.5 * math.pi)),
+        (3.0, sf.Steering((0.2, 0.0))),
+        (4.0, sf.Steering((0.2, 0.0), standing=True)),
+    ]
+    places = course_of(route, 5.0)
+    assert places[99] == pytest.approx([0.6, 0.0], abs=0.01)
+    # A quarter of a turn to the left, sideways: backwards and to the left.
+    assert places[149] == pytest.approx([0.6 - 0.2 / math.pi, 0.2 / math.pi], abs=0.01)
+    assert places[-1] == pytest.approx(places[149] + (0.0, 0.2), abs=0.01)
+    assert places[-1] == pytest.approx(places[205], abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("height", "seed"), [(-0.01, 0), (math.nan, 0), (0.04, 0), (math.inf, 0), (0.01, -1)]
+)
 def test_wrong_bumps_are_refused(height: float, seed: int) -> None:
     with pytest.raises(sf.ParameterError, match=r"`(height|seed)`"):
         scattered_boards(height, seed)

@@ -113,6 +113,13 @@ def test_a_film(tmp_path: Path) -> None:
     assert path.read_bytes().startswith(b"GIF89a")
 
 
+def test_a_push_is_over_the_mass_that_it_moves() -> None:
+    asked = ("--truth", "--duration", "0.5", "--push", "100,0@0.1+0.1", "--payload", "12")
+    (push,) = told(*asked, "--mass-error", "0.25")["pushes"]
+    assert push["delta_v"][0] == pytest.approx(10.0 / (1.25 * 68.0 + 12.0))
+    assert "10 N s, 0.125 m/s" in run(*PHYSICS, *asked).output
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
@@ -130,6 +137,11 @@ def test_a_film(tmp_path: Path) -> None:
         ([*PHYSICS, "--delay", "0.0005"], "whole number of periods"),
         ([*PHYSICS, "--delay", "0.005", "--truth"], "--delay without --truth"),
         ([*PHYSICS, "--seed", "-1"], "`seed` as a whole number"),
+        ([*PHYSICS, "--seed", "1", "--truth"], "--seed where something is drawn"),
+        ([*PHYSICS, "--bumps", "0.031"], "`bumps` of at most 0.03 [m]: a foot that touches so"),
+        ([*PHYSICS, "--bumps", "0.01"], "with bumps, a course on the boards"),
+        ([*PHYSICS, "--payload", "68.1"], "`payload` of at most 68 [kg]"),
+        ([*PHYSICS, "--turning", "-2.6"], "`turning` of at most 2.5 [rad/s]: in faster turns"),
         (["walk", "--video", "a.mp4"], "--video with --simulator mujoco"),
         (
             [*PHYSICS, "--unprojected"],

@@ -137,7 +137,8 @@ def modules_after(statement: str) -> set[str]:
 
 
 # Not scipy: numba itself loads it where it is installed.
-OPTIONAL = {"matplotlib", "click", "rich", "pandas", "polars", "mujoco", "viser", "daqp", "casadi"}
+OPTIONAL = {"matplotlib", "click", "rich", "pandas", "polars", "mujoco", "viser", "daqp", "casadi",
+            "mcap", "mcap_ros2"}  # fmt: skip
 
 
 # What needs an extra of its own.

@@ -355,3 +355,19 @@ def test_a_model_that_cannot_be_read(tmp_path: Path, name: str, text: str, messa
 def test_a_point_mass_has_no_mechanism() -> None:
     with pytest.raises(sf.RobotError, match=r"\[body\] table.*'paper-table2', which is a point"):
         load_multibody(sf.load_robot("paper-table2"))
+
+
+def test_a_model_that_weighs_something_else_is_refused(tmp_path: Path) -> None:
+    path = write_small_biped(tmp_path)
+    text = path.read_text()
+    for mass, good in ((31.0, True), (28.6, True), (33.0, False), (20.0, False)):
+        path.write_text(text.replace("mass = 30.0", f"mass = {mass}"))
+        robot = sf.load_robot(path)
+        assert load_multibody(robot, any_mass=True).mass == pytest.approx(30.0)
+        if good:
+            assert load_multibody(robot).mass == pytest.approx(30.0)
+            continue
+        with pytest.raises(sf.RobotError) as refusal:
+            load_multibody(robot)
+        for words in ("the mass of the model, 30 kg, to 5 %", f"mass = {mass:g}", "mass = 30, or"):
+            assert words in str(refusal.value)

@@ -149,7 +149,7 @@ def rewritten(source: Path, target: Path, **changes) -> Path:
 def test_files_of_another_kind(pushed_walk: sf.Rollout, tmp_path: Path) -> None:
     good = tmp_path / "walk.npz"
     pushed_walk.save(good)
-    with pytest.raises(sf.FileError, match=r"format 1 to 3; got .* with format 99"):
+    with pytest.raises(sf.FileError, match=r"format 1 to 4; got .* with format 99"):
         sf.load_rollout(rewritten(good, tmp_path / "new.npz", format=99))
     with pytest.raises(sf.FileError, match="a complete description"):
         sf.load_rollout(rewritten(good, tmp_path / "bad.npz", robot={"name": "none"}))

@@ -50,7 +50,7 @@ if TYPE_CHECKING:
     from surefoot.planning.push_limit import ImpulseLimit, fixed_steps_limit, push_limit
     from surefoot.planning.step_adaptation import solve_step
     from surefoot.planning.step_problem import StepProblem, StepSolution
-    from surefoot.simulation.body_fall import BodyFall, FallCause
+    from surefoot.simulation.body_fall import BodyFall
     from surefoot.simulation.body_measures import BodyMeasures, measure_body
     from surefoot.simulation.body_noise import BodyNoise
     from surefoot.simulation.body_plant import Surroundings
@@ -58,6 +58,7 @@ if TYPE_CHECKING:
     from surefoot.simulation.body_trace import BodyTrace
     from surefoot.simulation.decisions import decisions
     from surefoot.simulation.disturbance import Disturbance
+    from surefoot.simulation.fall_signs import FallCause
     from surefoot.simulation.lipm_simulator import LipmSimulator
     from surefoot.simulation.outcome import Fall, Outcome
     from surefoot.simulation.rollout import Rollout, load_rollout
@@ -107,7 +108,7 @@ _HOMES = {
     "planning.push_limit": ("ImpulseLimit", "fixed_steps_limit", "push_limit"),
     "planning.step_adaptation": ("solve_step",),
     "planning.step_problem": ("StepProblem", "StepSolution"),
-    "simulation.body_fall": ("BodyFall", "FallCause"),
+    "simulation.body_fall": ("BodyFall",),
     "simulation.body_measures": ("BodyMeasures", "measure_body"),
     "simulation.body_noise": ("BodyNoise",),
     "simulation.body_plant": ("Surroundings",),
@@ -115,6 +116,7 @@ _HOMES = {
     "simulation.body_trace": ("BodyTrace",),
     "simulation.decisions": ("decisions",),
     "simulation.disturbance": ("Disturbance",),
+    "simulation.fall_signs": ("FallCause",),
     "simulation.lipm_simulator": ("LipmSimulator",),
     "simulation.outcome": ("Fall", "Outcome"),
     "simulation.rollout": ("Rollout", "load_rollout"),

@@ -40,7 +40,7 @@ def check_number(
     above: bool = False,
     endless: bool = False,
 ) -> None:
-    """Refuse a parameter that is no number, not finite, or too small.
+    """Refuse a parameter that is no number, not finite, or too small; see also `check_most`.
 
     Args:
         name: what the caller calls it.
@@ -61,6 +61,25 @@ def check_number(
             f"{'' if endless else ', finite' if least == -math.inf else ' and finite'}",
             repr(value),
             "leave it out for the default",
+        )
+
+
+def check_most(name: str, value: float, most: float, unit: str, why: str) -> None:
+    """Refuse a number, or its negative, that is larger than makes sense.
+
+    Args:
+        name: what the caller calls it.
+        value: what the caller gave.
+        most: largest value allowed.
+        unit: of the value, for the message.
+        why: more is refused.
+
+    Raises:
+        ParameterError: the value is too large.
+    """
+    if abs(value) > most:
+        raise ParameterError(
+            f"`{name}` of at most {most:g} [{unit}]: {why}", f"{value:g}", "choose a smaller one"
         )
 
 

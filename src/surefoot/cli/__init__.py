@@ -12,6 +12,8 @@ import click
 from surefoot.cli.compare import compare
 from surefoot.cli.gentleness import gentleness
 from surefoot.cli.limits import limits
+from surefoot.cli.live import live
+from surefoot.cli.replay import replay
 from surefoot.cli.reproduce import reproduce
 from surefoot.cli.robots import robots
 from surefoot.cli.walk import walk
@@ -39,5 +41,5 @@ def main() -> None:
     """Make a biped walk, and keep walking when it is pushed."""
 
 
-for command in (walk, robots, limits, reproduce, compare, gentleness):
+for command in (walk, live, replay, robots, limits, reproduce, compare, gentleness):
     main.add_command(command)

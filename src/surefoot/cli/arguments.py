@@ -53,6 +53,12 @@ def compiling_notice(patience: float = 1.5, about: str = "10 s") -> Iterator[Non
         timer.cancel()
 
 
+def given(name: str) -> bool:
+    """Whether an option stands on the command line."""
+    source = click.get_current_context().get_parameter_source(name)
+    return source is not click.core.ParameterSource.DEFAULT
+
+
 def print_json(values: dict[str, Any]) -> None:
     """Print values for machines; a number that JSON has no word for is a defect."""
     click.echo(json.dumps(values, indent=2, allow_nan=False))

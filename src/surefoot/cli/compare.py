@@ -11,20 +11,18 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from surefoot.cli.arguments import check_plotting, json_option, print_json
+from surefoot.cli.arguments import check_plotting, given, json_option, print_json
+from surefoot.cli.body_study import INCOMPLETE, STOPPED
 from surefoot.cli.compare_body import (
     BODY_STEP,
     BODY_VELOCITY,
-    INCOMPLETE,
     QUICK_PHASES,
     QUICK_STEP,
-    STOPPED,
     BodyQuestion,
     compare_bodies,
     refuse_others,
 )
 from surefoot.cli.compare_walks import WalkQuestion, compare_walks, refuse_of_pushes
-from surefoot.cli.walk_body import given
 
 if TYPE_CHECKING:
     from surefoot.models.robot import Robot
@@ -92,7 +90,7 @@ TABLE_ONLY = ("seconds", "disturbance", "survived_mean")
 )  # fmt: skip
 @click.option(
     "--estimate", is_flag=True,
-    help="Body: tell the controller an estimate from its sensors, not the true state.",
+    help="Body: tell the controller an estimate from its noisy sensors, not the true state.",
 )  # fmt: skip
 @click.option(
     "--quick",

@@ -2,23 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from surefoot.cli.arguments import check_plotting, compiling_notice, print_json
-from surefoot.cli.walk_body import given
+from surefoot.cli.arguments import check_plotting, compiling_notice, given, print_json
+from surefoot.cli.body_study import Progress, study_bodies
 from surefoot.errors import ParameterError
 
 if TYPE_CHECKING:
     from surefoot.studies.body_protocol import BodyProtocol
-
-INCOMPLETE, STOPPED = 1, 130
-"""Exit status if a cell could not be measured, and if the study was stopped."""
 
 BODY_VELOCITY, BODY_STEP = (0.3, 0.0), 2.0
 """Of a comparison in physics, unless it is told [m/s, N s]."""
@@ -37,8 +32,6 @@ OF_POINT_MASS = {
     "directions": "--directions",
 }
 """Options that a body has no use for: its mass and legs are what they are."""
-
-Progress = Callable[[str], AbstractContextManager[Callable[[int, int], None]]]
 
 
 @dataclass(frozen=True)
@@ -88,34 +81,23 @@ def compare_bodies(question: BodyQuestion, progress: Progress, as_json: bool) ->
     """
     check_plotting()
     protocols = _protocols(question)
-    from surefoot.checks import check_folder
     from surefoot.studies.body_compare import compare_on_body
     from surefoot.studies.body_limits import explain_worst
 
-    check_folder(question.out)
-    results, explained = [], []
-    for protocol in protocols:
-        folder = question.out / protocol.robot.name
-        try:
-            with progress("measuring") as report:
-                results.append(
-                    compare_on_body(protocol, folder, workers=question.workers, report=report)
-                )
-            if question.explain:
-                with progress("explaining") as report:
-                    explained += explain_worst(protocol, results[-1].rows, report)
-        except KeyboardInterrupt:
-            click.echo(
-                f"stopped; what is measured is kept in {question.out}, and the same command goes "
-                "on there",
-                err=True,
-            )
-            return STOPPED
-    failures = [failure for result in results for failure in result.failures]
-    for failure in failures:
-        click.echo(f"could not be measured: {failure.cell}: {failure.error}", err=True)
-    _show(results, explained, question.out, as_json)
-    return INCOMPLETE if failures else 0
+    explained: list[dict[str, Any]] = []
+
+    def measure(protocol: BodyProtocol, folder: Path) -> Any:
+        with progress("measuring") as report:
+            result = compare_on_body(protocol, folder, workers=question.workers, report=report)
+        if question.explain:
+            with progress("explaining") as report:
+                explained.extend(explain_worst(protocol, result.rows, report))
+        return result
+
+    def show(results: list[Any]) -> None:
+        _show(results, explained, question.out, as_json)
+
+    return study_bodies(protocols, question.out, measure, show)
 
 
 def _protocols(question: BodyQuestion) -> list[BodyProtocol]:

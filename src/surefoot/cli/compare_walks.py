@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from surefoot.cli.arguments import check_plotting, compiling_notice, print_json
-from surefoot.cli.compare_body import INCOMPLETE, STOPPED, Progress
-from surefoot.cli.walk_body import given
+from surefoot.cli.arguments import check_plotting, compiling_notice, given, print_json
+from surefoot.cli.body_study import Progress, study_bodies
 from surefoot.errors import ParameterError
 
 if TYPE_CHECKING:
@@ -74,30 +73,16 @@ def compare_walks(question: WalkQuestion, progress: Progress, as_json: bool) -> 
     """
     check_plotting()
     protocols = _protocols(question)
-    from surefoot.checks import check_folder
     from surefoot.studies.body_robustness import walk_disturbed
 
-    check_folder(question.out)
-    results = []
-    for protocol in protocols:
-        folder = question.out / protocol.robot.name
-        try:
-            with progress("walking") as report:
-                results.append(
-                    walk_disturbed(protocol, folder, workers=question.workers, report=report)
-                )
-        except KeyboardInterrupt:
-            click.echo(
-                f"stopped; what is measured is kept in {question.out}, and the same command goes "
-                "on there",
-                err=True,
-            )
-            return STOPPED
-    failures = [failure for result in results for failure in result.failures]
-    for failure in failures:
-        click.echo(f"could not be measured: {failure.cell}: {failure.error}", err=True)
-    _show(results, question.out, as_json)
-    return INCOMPLETE if failures else 0
+    def measure(protocol: WalkProtocol, folder: Path) -> Any:
+        with progress("walking") as report:
+            return walk_disturbed(protocol, folder, workers=question.workers, report=report)
+
+    def show(results: list[Any]) -> None:
+        _show(results, question.out, as_json)
+
+    return study_bodies(protocols, question.out, measure, show)
 
 
 def _protocols(question: WalkQuestion) -> list[WalkProtocol]:

@@ -151,7 +151,7 @@ def _look_at(name: str) -> tuple[str, list[dict[str, str]], Callable[[Path], Non
         optional_module("mujoco", "physics", "mujoco")
         from surefoot.models.multibody import load_multibody
 
-        mechanism = load_multibody(robot)
+        mechanism = load_multibody(robot, any_mass=True)
     except SurefootError as error:
         return robot.name, [refusal("model", error).as_words()], None
     from surefoot.models.nominal_pose import measure_pose

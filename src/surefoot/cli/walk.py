@@ -13,11 +13,12 @@ import click
 from surefoot.cli.arguments import (
     check_plotting,
     compiling_notice,
+    given,
     json_option,
     print_json,
     robot_option,
 )
-from surefoot.cli.walk_body import BodyWalk, World, given, refuse_others, walk_body
+from surefoot.cli.walk_body import BodyWalk, World, refuse_others, walk_body
 from surefoot.errors import ParameterError
 
 if TYPE_CHECKING:
@@ -141,7 +142,7 @@ OPTION_OF = {"project_zmp": "--unprojected", "double_support": "--double-support
     default=0.0,
     show_default=True,
     metavar="RAD/S",
-    help="Body: turn, counter-clockwise.",
+    help="Body: turn, counter-clockwise; at most 2.5 to either side.",
 )
 @click.option("--stand-at", type=float, metavar="S", help="Body: come to a stand from then on [s].")
 @click.option(
@@ -158,7 +159,7 @@ OPTION_OF = {"project_zmp": "--unprojected", "double_support": "--double-support
     default=0.0,
     show_default=True,
     metavar="KG",
-    help="Body: mass at its base that the controller does not know of.",
+    help="Body: mass at its base that the controller does not know of; at most its own.",
 )
 @click.option(
     "--mass-error",
@@ -174,7 +175,7 @@ OPTION_OF = {"project_zmp": "--unprojected", "double_support": "--double-support
     default=0.0,
     show_default=True,
     metavar="M",
-    help="Body: height of the highest of the boards that lie on the floor.",
+    help="Body: height of the highest of the boards that lie on the floor, at most 0.03.",
 )
 @click.option(
     "--delay",
@@ -190,7 +191,7 @@ OPTION_OF = {"project_zmp": "--unprojected", "double_support": "--double-support
     default=0,
     show_default=True,
     metavar="N",
-    help="Body: of the sensors' noise, and of where the boards lie.",
+    help="Body: of the sensors' noise, and of where the boards lie; not with neither.",
 )
 @click.option(
     "--plot",
@@ -214,8 +215,8 @@ OPTION_OF = {"project_zmp": "--unprojected", "double_support": "--double-support
 @click.option(
     "--save",
     type=click.Path(path_type=Path),
-    metavar="FILE.npz",
-    help="Keep every cycle of the walk.",
+    metavar="FILE.mcap|.npz",
+    help="Keep every cycle of the walk, as a log for ROS 2, Foxglove and PlotJuggler or for NumPy.",
 )
 @json_option
 def walk(
@@ -324,10 +325,10 @@ def _foothold_controller(path: Path, robot: Robot, **parameters: Any) -> Control
 
 def _check_outputs(pictures: list[Path | None], save: Path | None) -> None:
     """Tell before the walk, not after it, that its results could not be kept."""
-    from surefoot.checks import check_writable
-
     if save is not None:
-        check_writable(save, (".npz",))
+        from surefoot.simulation.rollout_file import check_rollout_path
+
+        check_rollout_path(save)
     for path in pictures:
         if path is not None:
             check_plotting()

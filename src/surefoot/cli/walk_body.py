@@ -7,10 +7,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import click
-
 from surefoot.checks import check_number
-from surefoot.cli.arguments import check_plotting, compiling_notice, print_json
+from surefoot.cli.arguments import check_plotting, compiling_notice, given, print_json
 from surefoot.errors import ParameterError
 
 if TYPE_CHECKING:
@@ -100,12 +98,6 @@ class BodyWalk:
     save: Path | None
 
 
-def given(name: str) -> bool:
-    """Whether an option stands on the command line."""
-    source = click.get_current_context().get_parameter_source(name)
-    return source is not click.core.ParameterSource.DEFAULT
-
-
 def refuse_others(simulator: str) -> None:
     """Refuse options that make no sense with a simulator.
 
@@ -129,6 +121,12 @@ def walk_body(walk: BodyWalk, as_json: bool) -> None:
             "--delay without --truth: the true state is never late",
             "--delay and --truth",
             "leave one of them out",
+        )
+    if given("seed") and walk.truth and walk.world.bumps == 0.0:
+        raise ParameterError(
+            "--seed where something is drawn: noise of the sensors (no --truth), or --bumps",
+            "--seed with --truth and without --bumps",
+            "leave --seed out: the walk is the same with every one",
         )
     _check_outputs(walk)
     check_number("duration", walk.duration, 0.0, "s", above=True)
@@ -198,7 +196,8 @@ def route_of(walk: BodyWalk) -> list[tuple[float, Steering]]:
 
 
 def _simulate(walk: BodyWalk, control: BodyControl) -> Rollout:
-    from surefoot.simulation.body_simulate import TRUTH, simulate_body
+    from surefoot.simulation.body_simulate import simulate_body
+    from surefoot.simulation.body_trace import TRUTH
 
     return simulate_body(
         control,
@@ -213,12 +212,14 @@ def _simulate(walk: BodyWalk, control: BodyControl) -> Rollout:
 
 def _check_outputs(walk: BodyWalk) -> None:
     """Tell before the walk, not after it, that its results could not be kept."""
-    from surefoot.checks import check_writable, optional_module
+    from surefoot.checks import optional_module
 
     optional_module("mujoco", "physics", "mujoco")
     optional_module("daqp", "inverse dynamics", "mujoco")
     if walk.save is not None:
-        check_writable(walk.save, (".npz",))
+        from surefoot.simulation.rollout_file import check_rollout_path
+
+        check_rollout_path(walk.save)
     if walk.plot is not None:
         check_plotting()
         from surefoot.viewers.walk_figure import check_figure_path

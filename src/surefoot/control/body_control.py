@@ -55,7 +55,7 @@ class BodyState:
         memory: the controller's own state.
         observation, command: of the last cycle.
         course: where the robot should be.
-        asked: velocity of the steering that `controller` is for, before its correction [m/s].
+        slow_steps: how many in a row, up to now, were to stay on the spot.
     """
 
     walk: NDArray[np.void]

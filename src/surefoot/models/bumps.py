@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from surefoot.checks import check_number, check_seed
+from surefoot.checks import check_most, check_number, check_seed
+from surefoot.errors import ParameterError
 
 BOARD = np.dtype([("place", "f8", (2,)), ("half", "f8", (2,)), ("heading", "f8"), ("height", "f8")])
 """Middle of a board and half its sides [m], its heading [rad], and its upper side over the floor
@@ -20,6 +21,9 @@ BOARD = np.dtype([("place", "f8", (2,)), ("half", "f8", (2,)), ("heading", "f8")
 
 REGION = ((-3.0, 10.0), (-3.0, 3.0))
 """Where there are boards, x and y [m]; the floor around is flat."""
+
+VERGE = 0.5
+"""Of the boards, for a robot that is beside its course [m]."""
 
 PITCH = 0.3
 """Of the grid whose cells have a board each [m]."""
@@ -32,6 +36,9 @@ THINNEST = 0.3
 
 START = 0.35
 """Around the origin, along x and y, there is no board [m]."""
+
+MOST_HEIGHT = 0.03
+"""Of boards [m]: how much higher than its fellow a foot may be that is believed to have landed."""
 
 RASTER = 0.01
 """Of the grid on which heights are looked up [m]."""
@@ -47,7 +54,7 @@ def scattered_boards(height: float, seed: int = 0) -> NDArray[np.void]:
     is asked for, and there is none where a robot starts.
 
     Args:
-        height: of the highest that there may be [m]; 0 is a flat floor.
+        height: of the highest that there may be [m], up to `MOST_HEIGHT`; 0 is a flat floor.
         seed: of the random numbers, at least 0.
 
     Returns:
@@ -56,7 +63,7 @@ def scattered_boards(height: float, seed: int = 0) -> NDArray[np.void]:
     Raises:
         ParameterError: an argument is out of range.
     """
-    check_number("height", height, 0.0, "m")
+    check_height("height", height)
     check_seed(seed)
     if height == 0.0:
         return NO_BOARDS
@@ -71,6 +78,38 @@ def scattered_boards(height: float, seed: int = 0) -> NDArray[np.void]:
     reach = np.hypot(*boards["half"].T)
     near = (np.abs(boards["place"]) < START + reach[:, None]).all(axis=1)
     return boards[~near]
+
+
+def check_height(name: str, height: float) -> None:
+    """Refuse boards that nobody can walk over.
+
+    Raises:
+        ParameterError: the height is negative, not finite, or above `MOST_HEIGHT`.
+    """
+    check_number(name, height, 0.0, "m")
+    why = "a foot that touches so much higher than its fellow is not believed to have landed"
+    check_most(name, height, MOST_HEIGHT, "m", why)
+
+
+def check_course(places: NDArray[np.float64]) -> None:
+    """Refuse a course that leaves the boards: the floor beyond is flat, and nobody would know.
+
+    Args:
+        places: on the course, shape (n, 2) [m].
+
+    Raises:
+        ParameterError: a place is nearer than `VERGE` to the edge of `REGION`, or beyond it.
+    """
+    low, high = np.transpose(REGION)
+    beyond = np.flatnonzero(((places < low + VERGE) | (places > high - VERGE)).any(axis=1))
+    if len(beyond):
+        (x, y), ((left, right), (back, front)) = places[beyond[0]], REGION
+        raise ParameterError(
+            f"with bumps, a course on the boards, {VERGE:g} m within x from {left:g} to {right:g} "
+            f"and y from {back:g} to {front:g} m",
+            f"one that comes to ({x:.1f}, {y:.1f}) m",
+            "walk more slowly or not as long, or turn back earlier",
+        )
 
 
 def board_numbers(boards: NDArray[np.void]) -> NDArray[np.float64]:

@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
 from surefoot.errors import RobotError
 from surefoot.models.biped_mjcf import paper_biped_mjcf
@@ -145,6 +146,33 @@ def matching_joints(key: str, pattern: str, names: Iterable[str]) -> list[str]:
             "correct the name; * stands for any characters",
         )
     return matching
+
+
+def by_pattern(
+    key: str,
+    table: dict[str, float],
+    names: list[str],
+    locked: tuple[str, ...],
+    given: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """Values of the model, replaced by those of a table; a later pattern wins.
+
+    Args:
+        key: of the table in `[body]`.
+        table: values by pattern.
+        names: of the joints that move, in the order of `given`.
+        locked: those that a pattern may mean too, in vain.
+        given: values of the model.
+
+    Raises:
+        RobotError: a pattern means no joint.
+    """
+    values = given.copy()
+    for pattern, value in table.items():
+        for name in matching_joints(key, pattern, (*names, *locked)):
+            if name not in locked:
+                values[names.index(name)] = value
+    return values
 
 
 def _lock(spec: mujoco.MjSpec, body: Body) -> tuple[str, ...]:

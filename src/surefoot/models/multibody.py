@@ -21,7 +21,13 @@ from surefoot.errors import RobotError
 from surefoot.models.biped_mjcf import ROLL
 from surefoot.models.body import Body
 from surefoot.models.bumps import NO_BOARDS
-from surefoot.models.model_spec import ModelSpec, find_body, matching_joints, read_model
+from surefoot.models.model_spec import (
+    ModelSpec,
+    by_pattern,
+    find_body,
+    matching_joints,
+    read_model,
+)
 from surefoot.models.robot import Robot
 
 SIDES = ("left", "right")
@@ -38,6 +44,9 @@ BOARD_DEPTH = 0.1
 
 ROLL_STIFFNESS, ROLL_DAMPING = 10.0, 0.6
 """Of a passive ankle roll that the model does not have [N m/rad, N m s/rad]."""
+
+MOST_MASS_ERROR = 0.05
+"""Of the mass in a robot's file, against that of its model [-]."""
 
 _INERTIAL = {
     "gyro": mujoco.mjtSensor.mjSENS_GYRO,
@@ -136,16 +145,20 @@ def assert_body(robot: Robot) -> Body:
     return robot.body
 
 
-def load_multibody(robot: Robot, boards: NDArray[np.void] = NO_BOARDS) -> Multibody:
+def load_multibody(
+    robot: Robot, boards: NDArray[np.void] = NO_BOARDS, *, any_mass: bool = False
+) -> Multibody:
     """Make the mechanism of a robot.
 
     Args:
         robot: with a `[body]`.
         boards: that lie on the floor, see `models.bumps`.
+        any_mass: whether the model may weigh something else than the robot's file says; for those
+            who look for what is wrong.
 
     Raises:
-        RobotError: there is no `[body]`, its model is missing or cannot be read, or a name in it
-            is not in the model; the message says which are.
+        RobotError: there is no `[body]`, its model is missing or cannot be read, a name in it is
+            not in the model (the message says which are), or the model weighs something else.
     """
     body = assert_body(robot)
     source = read_model(robot, body)
@@ -170,7 +183,20 @@ def load_multibody(robot: Robot, boards: NDArray[np.void] = NO_BOARDS) -> Multib
             f"{body.model}: {' '.join(str(error).split())}",
             "repair the model",
         ) from error
-    return _index(robot, body, model, source)
+    mechanism = _index(robot, body, model, source)
+    if not any_mass:
+        _check_mass(mechanism)
+    return mechanism
+
+
+def _check_mass(mechanism: Multibody) -> None:
+    mass, robot = mechanism.mass, mechanism.robot
+    if abs(robot.mass - mass) > MOST_MASS_ERROR * mass:
+        raise RobotError(
+            f"the mass of the model, {mass:.4g} kg, to {100.0 * MOST_MASS_ERROR:g} %",
+            f"mass = {robot.mass:g} kg in the file of {robot.name!r}",
+            f"write mass = {mass:.4g}, or mend the model; `surefoot robots check` tells more",
+        )
 
 
 def _free(spec: mujoco.MjSpec, name: str) -> None:
@@ -331,10 +357,11 @@ def _add_floor(
 def _index(robot: Robot, body: Body, model: mujoco.MjModel, source: ModelSpec) -> Multibody:
     motors = model.actuator_trnid[:, 0].astype(np.int64)
     names = [model.joint(int(joint)).name for joint in motors]
-    own = _model_torque(model, motors)
-    torque = _by_pattern("torque", body.torque, names, source.locked, own)
+    limited = model.jnt_actfrclimited[motors].astype(bool)
+    own = np.where(limited, model.jnt_actfrcrange[motors, 1], np.inf)
+    torque = by_pattern("torque", body.torque, names, source.locked, own)
     given = np.array([source.speed.get(name, np.inf) for name in names])
-    speed = _by_pattern("speed", body.speed, names, source.locked, given)
+    speed = by_pattern("speed", body.speed, names, source.locked, given)
     # The plant keeps the limits of the table, where they are wider than the model's too.
     model.jnt_actfrclimited[motors] = np.isfinite(torque)
     model.jnt_actfrcrange[motors] = np.where(np.isfinite(torque), torque, 0.0)[:, None] * (-1, 1)
@@ -370,24 +397,3 @@ def _nominal(
     free = model.jnt_qposadr[model.body(body.base).jntadr[0]]
     nominal[free : free + 3] -= data.site_xpos[list(soles)].mean(axis=0)
     return nominal
-
-
-def _model_torque(model: mujoco.MjModel, motors: NDArray[np.int64]) -> NDArray[np.float64]:
-    limited = model.jnt_actfrclimited[motors].astype(bool)
-    return np.where(limited, model.jnt_actfrcrange[motors, 1], np.inf)
-
-
-def _by_pattern(
-    key: str,
-    table: dict[str, float],
-    names: list[str],
-    locked: tuple[str, ...],
-    given: NDArray[np.float64],
-) -> NDArray[np.float64]:
-    """Values of the model, replaced by those of the table; a later pattern wins."""
-    values = given.copy()
-    for pattern, value in table.items():
-        for name in matching_joints(key, pattern, (*names, *locked)):
-            if name not in locked:
-                values[names.index(name)] = value
-    return values

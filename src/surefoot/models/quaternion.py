@@ -3,6 +3,10 @@
 from __future__ import annotations
 
 import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from surefoot.compiling import njit
 
@@ -64,3 +68,21 @@ def rotation_matrix(q, out):
     out[0, 1], out[1, 0] = 2.0 * (x * y - w * z), 2.0 * (x * y + w * z)
     out[0, 2], out[2, 0] = 2.0 * (x * z + w * y), 2.0 * (x * z - w * y)
     out[1, 2], out[2, 1] = 2.0 * (y * z - w * x), 2.0 * (y * z + w * x)
+
+
+def quaternions(turns: NDArray[Any]) -> NDArray[np.float64]:
+    """Unit quaternions, shape (n, 4), of roll, then pitch, then yaw about fixed axes x, y and z.
+
+    Args:
+        turns: shape (n, 3) [rad].
+    """
+    (cr, cp, cy), (sr, sp, sy) = np.cos(0.5 * turns).T, np.sin(0.5 * turns).T
+    return np.stack(
+        [
+            cr * cp * cy + sr * sp * sy,
+            sr * cp * cy - cr * sp * sy,
+            cr * sp * cy + sr * cp * sy,
+            cr * cp * sy - sr * sp * cy,
+        ],
+        axis=-1,
+    )

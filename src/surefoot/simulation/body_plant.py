@@ -12,9 +12,9 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from surefoot.checks import check_number, check_seed
+from surefoot.checks import check_most, check_number, check_seed
 from surefoot.compiling import njit
-from surefoot.models.bumps import scattered_boards
+from surefoot.models.bumps import check_height, scattered_boards
 from surefoot.models.joint_command import JointCommand
 from surefoot.models.motors import motor_torques
 from surefoot.models.multibody import SIDES, Multibody, load_multibody
@@ -39,8 +39,8 @@ class Surroundings:
         friction: coefficient of the floor [-].
         payload: mass fixed to the base, or to `Body.trunk`, at its centre of mass [kg].
         mass_factor: of all links [-].
-        bumps: height of the highest board that lies on the floor, see `models.bumps`; 0 is flat
-            [m].
+        bumps: height of the highest board that lies on the floor, see `models.bumps`; 0 is flat,
+            0.03 the most [m].
         seed: of where the boards lie.
 
     Raises:
@@ -57,7 +57,7 @@ class Surroundings:
         check_number("friction", self.friction, 0.0, "-", above=True)
         check_number("payload", self.payload, 0.0, "kg")
         check_number("mass_factor", self.mass_factor, 0.0, "-", above=True)
-        check_number("bumps", self.bumps, 0.0, "m")
+        check_height("bumps", self.bumps)
         check_seed(self.seed)
 
     @cached_property
@@ -91,6 +91,9 @@ class BodyPlant:
         pushes: on the trunk's centre of mass.
         model: of another plant in the same surroundings, made anew if None.
 
+    Raises:
+        ParameterError: the payload weighs more than the body.
+
     Attributes:
         time: [s].
         position, velocity: generalised, of now; views.
@@ -106,6 +109,8 @@ class BodyPlant:
         model: mujoco.MjModel | None = None,
     ) -> None:
         self.multibody, self.surroundings = multibody, surroundings or Surroundings()
+        why = "nobody carries more than their own weight unawares"
+        check_most("payload", self.surroundings.payload, multibody.mass, "kg", why)
         self.pushes = tuple(pushes)
         self.model = _changed(multibody, self.surroundings) if model is None else model
         data = self._data = mujoco.MjData(self.model)

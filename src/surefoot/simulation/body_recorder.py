@@ -50,10 +50,10 @@ class _Numbers:
         # Written to now: np.zeros would have the system find the memory in the middle of a cycle.
         self.rows = np.full((cycles, width), np.nan)
 
-    def arrays(self, cycles: int) -> dict[str, NDArray[Any]]:
-        """Every array by itself, shape (cycles, ...)."""
+    def arrays(self, spans: list[slice]) -> dict[str, NDArray[Any]]:
+        """Every array by itself, the rows of these spans one after the other."""
         return {
-            name: np.ascontiguousarray(self.rows[:cycles, columns], kind)
+            name: np.concatenate([self.rows[span, columns] for span in spans]).astype(kind)
             for name, (columns, kind) in self._columns.items()
         }
 
@@ -65,12 +65,12 @@ class BodyRecorder:
         plant: whose walk it is.
         state: of the walker at the start; says what a row of its own looks like.
         estimates: whether the walker is told something else than the truth.
-        cycles: how many rows there are at most.
+        cycles: how many rows are kept, the last ones.
     """
 
     def __init__(self, plant: BodyPlant, state: WalkerState, estimates: bool, cycles: int) -> None:
         data, multibody = plant.data, plant.multibody
-        self._plant, self._estimates = plant, estimates
+        self._plant, self._estimates, self.cycles = plant, estimates, cycles
         left, right = multibody.soles
         first, second = multibody.feet
         sources = {
@@ -105,12 +105,14 @@ class BodyRecorder:
     def see(self, row: int, position: NDArray[np.float64], velocity: NDArray[np.float64]) -> None:
         """Before a cycle of physics: the truth, and what the walker is told of it."""
         mujoco.mj_subtreeVel(self._plant.model, self._plant.data)
+        row %= self.cycles
         np.concatenate(self._state.views, out=self._state.rows[row])
         if self._estimates:
             np.concatenate((position, velocity), out=self._told.rows[row])
 
     def hear(self, row: int, state: WalkerState, command: JointCommand) -> None:
         """What the walker has decided."""
+        row %= self.cycles
         self._keep("walk", row, state.walk)
         self._keep("observation", row, state.observation.array)
         self._keep("command", row, state.command.array)
@@ -124,17 +126,25 @@ class BodyRecorder:
 
     def feel(self, row: int, clock: tuple[int, int, int, int]) -> None:
         """After the cycle: motors, forces of the floor, and how long all of it took."""
+        row %= self.cycles
         np.concatenate(self._effect.views, out=self._effect.rows[row])
         self._clock[row] = clock
 
-    def record(self, cycles: int) -> Record:
-        """All rows so far."""
+    def record(self, end: int, begin: int = 0) -> Record:
+        """The rows from `begin` to before `end`, as far as they are still kept."""
+        begin = max(begin, end - self.cycles)
+        first, length = begin % self.cycles, end - begin
+        spans = [slice(first, min(first + length, self.cycles))]
+        if first + length > self.cycles:
+            spans.append(slice(0, first + length - self.cycles))
         told: dict[str, NDArray[Any]] = {
-            **self._told.arrays(cycles),
-            "course": self._course[:cycles].copy(),
-            "solver": self._solver[:cycles].copy(),
+            **self._told.arrays(spans if self._estimates else [slice(0, 0)]),
+            "course": np.concatenate([self._course[span] for span in spans]),
+            "solver": np.concatenate([self._solver[span] for span in spans]),
         }
         for name, (kind, rows) in self._records.items():
-            told[name] = np.frombuffer(bytes(rows[: cycles * kind.itemsize]), kind)
-        clock = self._clock[:cycles].copy()
-        return Record(self._state.arrays(cycles), self._effect.arrays(cycles), told, clock)
+            size = kind.itemsize
+            kept = [rows[span.start * size : span.stop * size] for span in spans]
+            told[name] = np.frombuffer(b"".join(map(bytes, kept)), kind)
+        clock = np.concatenate([self._clock[span] for span in spans])
+        return Record(self._state.arrays(spans), self._effect.arrays(spans), told, clock)

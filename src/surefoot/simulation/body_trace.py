@@ -24,8 +24,15 @@ Array = NDArray[Any]
 FEET = ("left", "right")
 """Order of all arrays with an entry for each foot."""
 
+TRUTH = "truth"
+"""In place of an estimator: the walker is told the true state of its body."""
+
 MEASURED = ("sense_time", "physics_time")
 """What no comparison looks at."""
+
+
+TIMELESS = ("motor_positions", "motor_dofs", "torque_limit", "speed_limit", "boards")
+"""Arrays without a row a cycle."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -65,6 +72,7 @@ class BodyTrace:
             the sensors told, and of physics; how long the walker took is `Rollout.decision_time`.
         boards: that lie on the floor, shape (k, 6): x, y and half the sides [m], heading [rad],
             height [m].
+        mass: of all links and the payload [kg]; None in files of before it was kept.
     """
 
     robot: Robot
@@ -101,6 +109,7 @@ class BodyTrace:
     sense_time: Array
     physics_time: Array
     boards: Array = field(default_factory=lambda: np.zeros((0, 6)))
+    mass: float | None = None
 
     @property
     def walking(self) -> NDArray[np.bool_]:

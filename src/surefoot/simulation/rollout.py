@@ -2,27 +2,27 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, field
+import warnings
+from dataclasses import dataclass, field, fields
 from functools import cached_property
 from importlib.metadata import entry_points
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
-import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from surefoot.checks import check_writable
-from surefoot.errors import FileError, MissingExtraError, SurefootError
+from surefoot.errors import MissingExtraError
 from surefoot.models.footsteps import Footstep, Side
-from surefoot.models.interfaces import COMMAND, OBSERVATION, Mode
+from surefoot.models.interfaces import OBSERVATION, Mode
+from surefoot.models.plane import rotated_by
 from surefoot.models.pushes import Push
 from surefoot.models.robot import Robot
 from surefoot.models.viability import viable_offsets
 from surefoot.planning.support_polygon import distances_to_support
 from surefoot.simulation.body_fall import BodyFall, find_fall
-from surefoot.simulation.body_trace import BodyTrace, trace_of, trace_parts
+from surefoot.simulation.body_trace import BodyTrace
 from surefoot.simulation.disturbance import Disturbance
 from surefoot.simulation.outcome import (
     MONITOR,
@@ -33,10 +33,11 @@ from surefoot.simulation.outcome import (
     mean_velocity,
     watch_all,
 )
-from surefoot.simulation.rollout_file import BODY, DISTURBED, PLAIN, read_archive, write_archive
+from surefoot.simulation.rollout_file import read_rollout, write_rollout
+from surefoot.simulation.rollout_parts import same_bits
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Rollout:
     """A finished walk; arrays are time-first, SI, world frame.
 
@@ -46,7 +47,7 @@ class Rollout:
         controller_parameters: its parameters, as text.
         velocities: (time, (v_x, v_y)) of every velocity command, the first at time 0 [s, m/s].
         pushes: forces on the CoM.
-        fallen: whether the run ended with a fall.
+        fallen: whether the run ended with a fall; not known, and False, if its end is lost.
         observations: what the world did, one `OBSERVATION` record a cycle; all arrays, the outcome
             and the pictures are of it.
         seen: what the controller was told, likewise; the very same array, if left out: the truth.
@@ -56,6 +57,7 @@ class Rollout:
         estimator: parameters of the one between, as text; empty if there was none.
         version: of Surefoot.
         body: what the mechanism did, if it was a body in physics; None for a point mass.
+        lost_cycles: how many at the end were lost with that of the file it was read from.
     """
 
     robot: Robot
@@ -72,6 +74,7 @@ class Rollout:
     estimator: str = ""
     version: str = ""
     body: BodyTrace | None = field(default=None, repr=False)
+    lost_cycles: int = 0
 
     def __post_init__(self) -> None:
         if not len(self.seen):
@@ -196,6 +199,13 @@ class Rollout:
         return monitor
 
     @property
+    def mass(self) -> float:
+        """What a push moves: of a body all its links and its payload, else the robot's [kg]."""
+        if self.body is None or self.body.mass is None:
+            return self.robot.mass
+        return self.body.mass
+
+    @property
     def final_velocity(self) -> tuple[float, float]:
         """Mean velocity over the last two finished steps, NaN before there are two (x, y) [m/s]."""
         return _pair(mean_velocity(self._monitor[0]))
@@ -203,6 +213,8 @@ class Rollout:
     @cached_property
     def outcome(self) -> Outcome:
         """How the walk ended."""
+        if self.lost_cycles:
+            return Outcome.CUT_SHORT
         if self.fallen:
             return Outcome.FELL
         pushed = any(push.start < self.time[-1] for push in self.pushes)
@@ -226,15 +238,19 @@ class Rollout:
         if not self.fallen:
             return None
         lost = viable = None
-        for step in self.footsteps:
+        for step, (_, last) in zip(self.footsteps, self._steps(), strict=True):
+            # The limits are those along the sole that the offset belongs to.
+            offset = rotated_by(np.array(step.dcm_offset), -self.observations["support_yaw"][last])
             margin = viable_offsets(self.robot, step.side, self.robot.foot.half).margin(
-                step.dcm_offset
+                _pair(offset)
             )
             if margin < 0.0:
                 lost = (step, margin)
                 break
             viable = (step, margin)
-        away = self.dcm[-1] - self.support_foot[-1]
+        away = rotated_by(
+            self.dcm[-1] - self.support_foot[-1], -self.observations["support_yaw"][-1]
+        )
         return Fall(
             time=float(self.time[-1]),
             distance=float(np.hypot(*away)),
@@ -274,93 +290,47 @@ class Rollout:
             raise MissingExtraError("pictures", "plot") from error
         draw(self, Path(path))
 
-    @property
-    def _format(self) -> int:
-        if self.body is not None:
-            return BODY
-        plain = self.disturbance is None and self.seen is self.observations
-        return PLAIN if plain else DISTURBED
-
     def save(self, path: str | Path) -> None:
-        """Write everything to a NumPy archive.
+        """Write everything to a file.
 
         Args:
-            path: file to write, ending in .npz.
+            path: file to write, ending in .npz (a NumPy archive) or .mcap (a log for ROS 2, which
+                Foxglove and PlotJuggler open too; `load_rollout` reads what is whole of a part).
 
         Raises:
             FileError: another ending, or the file cannot be written.
+            MissingExtraError: a log, and the extra `log` is not installed.
         """
-        path = Path(path)
-        check_writable(path, (".npz",))
-        disturbance = self.disturbance
-        arrays: dict[str, Any] = {"observations": self.observations, "commands": self.commands}
-        if self.seen is not self.observations:
-            arrays["seen"] = self.seen
-        body, of_body = ({}, {}) if self.body is None else trace_parts(self.body)
-        about = {
-            "format": self._format,
-            "version": self.version,
-            "robot": msgspec.to_builtins(self.robot),
-            "controller": self.controller,
-            "controller_parameters": self.controller_parameters,
-            "velocities": self.velocities,
-            "pushes": [(push.start, push.duration, push.force) for push in self.pushes],
-            "fallen": self.fallen,
-            "disturbance": None if disturbance is None else asdict(disturbance),
-            "estimator": self.estimator,
-            "body": body,
-        }
-        write_archive(path, about, {**arrays, "decision_time": self.decision_time}, of_body)
+        write_rollout(Path(path), {item.name: getattr(self, item.name) for item in fields(self)})
+
+    def __eq__(self, other: object) -> bool:
+        return type(other) is Rollout and all(
+            same_bits(getattr(self, item.name), getattr(other, item.name))
+            for item in fields(self)
+            if item.compare
+        )
+
+    __hash__ = None  # type: ignore[assignment]
 
 
 def load_rollout(path: str | Path) -> Rollout:
     """Read a rollout that `Rollout.save` wrote.
 
+    Of a log (.mcap) that was cut short, by a full disk for example, all whole cycles are read and
+    a warning says so; the outcome of such a rollout is `Outcome.CUT_SHORT`.
+
     Args:
-        path: the .npz file.
+        path: the file.
 
     Raises:
-        FileError: there is no such file, it is cut short or damaged, or another version wrote it.
+        FileError: there is no such file, it is damaged, no whole cycle is in it, or another version
+            wrote it.
+        MissingExtraError: a log, and the extra `log` is not installed.
     """
-    path = Path(path)
-    about, arrays, of_body = read_archive(path)
-    wanted = {"observations": OBSERVATION, "seen": OBSERVATION, "commands": COMMAND}
-    if any(arrays[name].dtype != wanted[name] for name in wanted if name in arrays):
-        raise FileError(
-            "the records of this version of Surefoot",
-            f"{path}, written by version {about.get('version')!r}",
-            "read it with that version",
-        )
-    try:
-        return _from_parts(about, arrays, of_body)
-    except (KeyError, TypeError, ValueError, msgspec.ValidationError, SurefootError) as error:
-        raise FileError(
-            "a complete description of the walk", f"{path}: {error!r}", "run the walk again"
-        ) from error
-
-
-def _from_parts(
-    about: dict[str, Any], arrays: dict[str, NDArray[Any]], of_body: dict[str, NDArray[Any]]
-) -> Rollout:
-    disturbance = about.get("disturbance")
-    if disturbance is not None:
-        offset = _pair(disturbance["com_offset"])
-        disturbance = Disturbance(**{**disturbance, "com_offset": offset})
-    return Rollout(
-        robot=msgspec.convert(about["robot"], Robot),
-        controller=about["controller"],
-        controller_parameters=about["controller_parameters"],
-        velocities=tuple((float(time), _pair(v)) for time, v in about["velocities"]),
-        pushes=tuple(
-            Push(start, duration, _pair(force)) for start, duration, force in about["pushes"]
-        ),
-        fallen=bool(about["fallen"]),
-        disturbance=disturbance,
-        estimator=about.get("estimator", ""),
-        version=about["version"],
-        body=trace_of(about["body"], of_body) if about.get("body") else None,
-        **arrays,
-    )
+    values, remark = read_rollout(Path(path))
+    if remark:
+        warnings.warn(remark, stacklevel=2)
+    return Rollout(**values)
 
 
 def _pair(values: Any) -> tuple[float, float]:

@@ -2,26 +2,20 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
-from dataclasses import fields
-from time import perf_counter_ns
-from typing import Any
-
-import numpy as np
 
 from surefoot.checks import check_number
 from surefoot.errors import ParameterError
 from surefoot.models.estimator import Estimator
 from surefoot.models.footsteps import Side
-from surefoot.models.interfaces import COMMAND, OBSERVATION, Command, Controller
+from surefoot.models.interfaces import Controller
 from surefoot.models.pushes import Push
-from surefoot.models.record import new_array, stack
 from surefoot.models.robot import Robot
+from surefoot.models.steering import Steering
 from surefoot.simulation.disturbance import Disturbance
-from surefoot.simulation.lipm_simulator import LipmSimulator
 from surefoot.simulation.rollout import Rollout
-from surefoot.simulation.senses import Senses
-from surefoot.version import VERSION
+from surefoot.simulation.steered_point import SteeredPoint
 
 
 def simulate(
@@ -63,54 +57,20 @@ def simulate(
         raise ParameterError(
             "velocity changes in order of time", f"{list(velocity_changes)!r}", "sort them"
         )
-    pending = [(time, controller.with_velocity(velocity)) for time, velocity in velocity_changes]
-    plant = plant or controller.robot
-    simulator = LipmSimulator(plant, controller.period, pushes, disturbance)
-    senses = Senses(controller, plant, disturbance, estimator)
-    velocities = [(0.0, controller.gait.velocity)]
-    about = describe(controller)
-    name = type(controller).__name__
-
-    observation = controller.first_observation(first_support)
-    world, sensed = simulator.start(observation), senses.start()
-    state, command = controller.start(observation), Command.of(new_array(COMMAND))
-    truth, told, commands, decision_times = [], [], [], []
+    # What cannot be walked is told before the walk begins.
+    for _, velocity in velocity_changes:
+        controller.with_velocity(velocity)
+    walk = SteeredPoint(
+        controller, plant, disturbance, estimator,
+        pushes=pushes, first_support=first_support, kept=math.inf,
+    )  # fmt: skip
+    velocities, pending = [(0.0, controller.gait.velocity)], list(velocity_changes)
     while True:
-        observation, sensed = senses.step(sensed, world, command)
-        now = world["observation"]["time"][0]
-        while pending and now >= pending[0][0]:
-            time, controller = pending.pop(0)
-            velocities.append((time, controller.gait.velocity))
-        before = perf_counter_ns()
-        command, state = controller.step(state, observation)
-        decision_times.append(perf_counter_ns() - before)
-        truth.append(world["observation"])
-        told.append(observation.array)
-        commands.append(command.array)
-        if now >= duration or world["fallen"][0]:
-            break
-        _, world = simulator.step(world, command)
-    return Rollout(
-        robot=simulator.robot,
-        controller=name,
-        controller_parameters=about,
-        velocities=tuple(velocities),
-        pushes=tuple(pushes),
-        fallen=bool(world["fallen"][0]),
-        observations=stack(truth, OBSERVATION),
-        commands=stack(commands, COMMAND),
-        decision_time=np.array(decision_times) * 1e-9,
-        seen=stack(told if senses.active else [], OBSERVATION),
-        disturbance=disturbance,
-        estimator="" if estimator is None else describe(estimator),
-        version=VERSION,
-    )
-
-
-def describe(value: Any) -> str:
-    """The parameters of a controller or an estimator as text, but for robot and velocity."""
-    parts = []
-    for parameter in fields(value):
-        if parameter.init and parameter.name not in ("robot", "velocity", "multibody"):
-            parts.append(f"{parameter.name}={getattr(value, parameter.name)!r}")
-    return ", ".join(parts)
+        while pending and walk.time >= pending[0][0]:
+            time, velocity = pending.pop(0)
+            walk.steer(Steering(velocity))
+            velocities.append((time, walk.controller.gait.velocity))
+        walk.decide()
+        if walk.time >= duration or walk.fallen:
+            return walk.rollout(velocities)
+        walk.move()

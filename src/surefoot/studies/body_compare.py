@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import platform
-from dataclasses import asdict, dataclass, fields
+from dataclasses import dataclass
 from datetime import date
 from pathlib import Path
 from typing import Any
@@ -28,11 +28,10 @@ from surefoot.studies.body_protocol import (
 from surefoot.studies.body_push import controller_of, measure, mechanism_of
 from surefoot.studies.cell_work import (
     Failure,
-    Measure,
     Report,
     check_workers,
-    measure_missing,
-    without_infinity,
+    run_cells,
+    study_as_numbers,
 )
 from surefoot.studies.compare import installed_version
 from surefoot.studies.shards import Shards, write_table
@@ -66,10 +65,8 @@ class BodyComparison:
     failures: list[Failure]
 
     def as_numbers(self) -> dict[str, Any]:
-        """All of it for JSON, which has no word for infinity: null, where nothing failed."""
-        rows = [without_infinity(row) for row in self.rows]
-        failures = [{**asdict(one.cell), "error": one.error} for one in self.failures]
-        return asdict(self) | {"rows": rows, "failures": failures}
+        """All of it for JSON; infinity, where nothing failed, is null."""
+        return study_as_numbers(self)
 
 
 def compare_on_body(
@@ -98,7 +95,7 @@ def compare_on_body(
     for key in protocol.methods:
         controller_of(protocol, key)  # refused now rather than cell by cell
     shards = Shards(folder, protocol.same_for_all() | {"version": VERSION, "sources": stamp()})
-    rows, failures = run_cells(protocol, shards, workers=workers, report=report)
+    rows, failures = run_cells(measure, BodyCell, protocol, shards, workers=workers, report=report)
     if not rows:
         raise StudyError(
             "a cell that can be measured", failures[0].error.strip(), "mend that, and try again"
@@ -111,47 +108,6 @@ def compare_on_body(
     write_table(rows, folder / TABLE, {"provenance": about, "methods": told})
     mass = mechanism_of(protocol.robot).mass
     return BodyComparison(rows, told, mass, protocol.step, about, failures)
-
-
-def run_cells(
-    protocol: Any,
-    shards: Shards,
-    *,
-    workers: int = -1,
-    report: Report | None = None,
-    ask: Measure | None = None,
-    kind: type = BodyCell,
-) -> tuple[list[dict[str, Any]], list[Failure]]:
-    """Measure every cell that is not there yet; each is kept as soon as it is done.
-
-    Args:
-        protocol: the questions; its `cells()` are to be measured.
-        shards: keeps the rows.
-        workers: processes, -1 for all cores.
-        report: called with the number of cells that are there, and that of all.
-        ask: makes a row of a cell; `studies.body_push.measure` if None.
-        kind: of the cells; their fields are in the row.
-
-    Returns:
-        The rows of this protocol, in its order, and the cells that could not be measured.
-
-    Raises:
-        ParameterError: no workers.
-        StudyError: a worker was killed from outside.
-        MissingExtraError: joblib is not installed.
-    """
-    have = {_key_of(row, kind): row for row in shards.rows}
-    wanted = {_key_of(asdict(cell), kind): cell for cell in protocol.cells()}
-    failures = measure_missing(
-        ask or measure, protocol, wanted, have, shards, workers=workers, report=report
-    )
-    return [have[key] for key in wanted if key in have], failures
-
-
-def _key_of(row: dict[str, Any], kind: type) -> tuple[Any, ...]:
-    """A cell as a key; its numbers rounded, so that it survives a file."""
-    values = (row[one.name] for one in fields(kind))
-    return tuple(round(value, 9) if isinstance(value, float) else value for value in values)
 
 
 def stamp() -> str:
@@ -180,7 +136,7 @@ def provenance(protocol: BodyProtocol) -> dict[str, str]:
         "push": f"{PUSH_DURATION:g} s on the base; {RECOVERY_TIME:g} s of walking after it",
         "scan": f"{protocol.step:g} N s, upwards from 0 to {protocol.largest:g} m/s",
         "phases": f"{protocol.phases}, in steps of both feet",
-        "state": "estimated from its sensors" if protocol.estimate else "the truth",
+        "state": f"estimated from {protocol.noise}" if protocol.estimate else "the truth",
         **machine(),
         "date": date.today().isoformat(),
     }

@@ -19,7 +19,7 @@ from surefoot.control.body_control import BodyControl, BodyState
 from surefoot.control.inverse_dynamics import InverseDynamics
 from surefoot.models.interfaces import Status
 from surefoot.models.multibody import SIDES
-from surefoot.simulation.body_fall import OFF_TARGET
+from surefoot.simulation.fall_signs import OFF_TARGET
 from surefoot.simulation.rollout import Rollout
 from surefoot.studies.body_protocol import DIRECTIONS, BodyCell, BodyProtocol, push_of
 from surefoot.studies.body_push import BEFORE_PUSH, moment_of, pushed_rollout, survived

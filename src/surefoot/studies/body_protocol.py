@@ -19,6 +19,8 @@ from surefoot.models.interfaces import Controller
 from surefoot.models.multibody import SIDES
 from surefoot.models.pushes import Push
 from surefoot.models.robot import Robot
+from surefoot.simulation.body_noise import BodyNoise
+from surefoot.simulation.body_simulate import USUAL_NOISE
 
 PUSH_DURATION = 0.2
 """How long every push lasts [s]."""
@@ -120,7 +122,8 @@ class BodyProtocol:
         phases: how many, evenly over a step.
         step: of the scan over the impulse [N s].
         largest: where a scan gives up, over the mass [m/s].
-        estimate: whether the walker is told an estimate from its sensors; else it is the truth.
+        estimate: whether the walker is told an estimate from sensors with the usual noise; else it
+            is the truth.
 
     Raises:
         ParameterError: an argument is out of range, or there is nothing to measure.
@@ -149,6 +152,11 @@ class BodyProtocol:
                 "at least one of `methods`, each of them once", f"{self.methods}", "name some"
             )
 
+    @property
+    def noise(self) -> BodyNoise | None:
+        """Of the sensors, None if the truth is told."""
+        return USUAL_NOISE if self.estimate else None
+
     def cells(self) -> Iterator[BodyCell]:
         """Everything that is to be measured; what shares a walk to the push is together."""
         for key, foot, phase, direction in product(
@@ -168,6 +176,7 @@ class BodyProtocol:
             "step": self.step,
             "largest": self.largest,
             "estimate": self.estimate,
+            "noise": repr(self.noise),
             "push_duration": PUSH_DURATION,
             "recovery_time": RECOVERY_TIME,
             "pushed_step": PUSHED_STEP,

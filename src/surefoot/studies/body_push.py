@@ -27,8 +27,9 @@ from surefoot.models.steering import Steering
 from surefoot.models.walker import WALKING
 from surefoot.simulation.body_plant import STANDS, BodyPlant
 from surefoot.simulation.body_recorder import BodyRecorder, Record
+from surefoot.simulation.body_rollout import make_rollout, senses_words
 from surefoot.simulation.body_senses import BodySight
-from surefoot.simulation.body_simulate import TRUTH, make_rollout
+from surefoot.simulation.outcome import BACK_STEPS, is_in_gait
 from surefoot.simulation.rollout import Rollout
 from surefoot.studies.body_protocol import (
     PUSH_DURATION,
@@ -46,9 +47,9 @@ LONGEST_APPROACH = 15.0
 STUCK = 2.0
 """A robot that stands on one foot for longer than this does not walk on [s]."""
 
-SETTLED_STEPS, SETTLED_OFFSET, SETTLED_TIME = 4, 0.015, 0.02
-"""A push is over when so many steps in a row begin that near to the gait [-, m], after steps that
-lasted as long as those of the gait [s]: what is left of the time is a walk without a push."""
+SETTLED_OFFSET = 0.015
+"""A push is over when `BACK_STEPS` in a row begin that near to the gait [m], after steps that last
+as long as its own (`is_in_gait`): what is left of the time is a walk without a push."""
 
 BEFORE_PUSH = "before the push"
 """The cause of a fall that no push brought about."""
@@ -141,19 +142,16 @@ class Settling:
         """Whether enough steps in a row were as in the gait; to be asked in every cycle."""
         walk = state.walk[0]
         if walk["phase"] != WALKING or walk["steps"] == self._step:
-            return self._count >= SETTLED_STEPS
+            return self._count >= BACK_STEPS
         gait, seen = state.controller, state.observation
         duration, self._began = walk["began"] - self._began, walk["began"]
         self._step = walk["steps"]
         nominal = gait.first_observation(Side(int(seen.support_side)))
         away = (seen.dcm - seen.support_foot) - (nominal.dcm - nominal.support_foot)
-        settled = (
-            walk["began"] > self._from
-            and np.hypot(*away) < SETTLED_OFFSET
-            and abs(duration - gait.gait.step_duration) < SETTLED_TIME
-        )
-        self._count = self._count + 1 if settled else 0
-        return self._count >= SETTLED_STEPS
+        late = float(duration - gait.gait.step_duration)
+        near = is_in_gait((float(np.hypot(*away)),), (SETTLED_OFFSET,), late)
+        self._count = self._count + 1 if near and walk["began"] > self._from else 0
+        return self._count >= BACK_STEPS
 
 
 def _walk(
@@ -204,7 +202,7 @@ def walk_to(protocol: BodyProtocol, key: str, foot: str, phase: float) -> Moment
     control, support = control_of(protocol, key), SIDES.index(foot)
     plant = BodyPlant(control.multibody)
     estimator = BodyEstimator(control.multibody) if protocol.estimate else None
-    sight, state = BodySight(plant, None, estimator), control.start()
+    sight, state = BodySight(plant, protocol.noise, estimator), control.start()
     recorder = BodyRecorder(plant, state, protocol.estimate, 1)
     start = Moment(plant, sight, state, None, recorder.record(0), STANDS, 0)
 
@@ -283,7 +281,7 @@ def pushed_rollout(
     """
     end = push_from(protocol, key, moment, push, True, watch)
     control, steering = control_of(protocol, key), [(0.0, Steering(protocol.velocity))]
-    senses = TRUTH if end.sight.estimator is None else "estimate"
+    senses = senses_words(end.sight.estimator, end.sight.noise)
     record = _joined(moment.record, end.record)
     return make_rollout(control, end.plant, record, end.fate, steering, senses), end
 

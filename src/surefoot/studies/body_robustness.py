@@ -23,11 +23,11 @@ from surefoot.simulation.body_measures import measure_body
 from surefoot.simulation.body_simulate import simulate_body
 from surefoot.simulation.body_trace import BodyTrace
 from surefoot.simulation.rollout import Rollout
-from surefoot.studies.body_compare import machine, robot_hash, run_cells, stamp
+from surefoot.studies.body_compare import machine, robot_hash, stamp
 from surefoot.studies.body_conditions import BODY_CONDITIONS, body_condition
 from surefoot.studies.body_protocol import body_method
 from surefoot.studies.body_push import NO_STEP, STUCK, mechanism_of
-from surefoot.studies.cell_work import Failure, check_workers, without_infinity
+from surefoot.studies.cell_work import Failure, check_workers, run_cells, study_as_numbers
 from surefoot.studies.shards import Shards, write_table
 from surefoot.version import VERSION
 
@@ -125,10 +125,8 @@ class WalkStudy:
     failures: list[Failure]
 
     def as_numbers(self) -> dict[str, Any]:
-        """All of it for JSON, which has no word for what is not there: null."""
-        rows = [without_infinity(row) for row in self.rows]
-        failures = [{**asdict(one.cell), "error": one.error} for one in self.failures]
-        return asdict(self) | {"rows": rows, "failures": failures}
+        """All of it for JSON; what is not there is null."""
+        return study_as_numbers(self)
 
 
 def walk_disturbed(
@@ -158,13 +156,9 @@ def walk_disturbed(
     for key in protocol.methods:
         body_method(key).make(believed, protocol.velocity)  # refused now, not walk by walk
     same = protocol.same_for_all() | {"version": VERSION, "sources": _stamp()}
+    shards = Shards(folder, same)
     rows, failures = run_cells(
-        protocol,
-        Shards(folder, same),
-        workers=workers,
-        report=report,
-        ask=measure_walk,
-        kind=WalkCell,
+        measure_walk, WalkCell, protocol, shards, workers=workers, report=report
     )
     if not rows:
         raise StudyError(

@@ -9,7 +9,7 @@ import time
 import traceback
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures.process import BrokenProcessPool
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, fields
 from typing import Any
 
 from surefoot.checks import optional_module
@@ -41,6 +41,13 @@ def without_infinity(row: Row) -> Row:
     }
 
 
+def study_as_numbers(study: Any) -> dict[str, Any]:
+    """A study for JSON: a dataclass whose `rows` and `failures` are those of `run_cells`."""
+    rows = [without_infinity(row) for row in study.rows]
+    failures = [{**asdict(one.cell), "error": one.error} for one in study.failures]
+    return asdict(study) | {"rows": rows, "failures": failures}
+
+
 def check_workers(workers: int) -> None:
     """Refuse a study that nobody works on.
 
@@ -49,6 +56,45 @@ def check_workers(workers: int) -> None:
     """
     if workers == 0:
         raise ParameterError("a number of workers", "0", "leave it out for all cores")
+
+
+def run_cells(
+    ask: Measure,
+    kind: type,
+    protocol: Any,
+    shards: Shards,
+    *,
+    workers: int = -1,
+    report: Report | None = None,
+) -> tuple[list[Row], list[Failure]]:
+    """Measure every cell that is not there yet; each is kept as soon as it is done.
+
+    Args:
+        ask: makes a row of a protocol and one of its cells, in any process.
+        kind: of the cells, a dataclass; its fields are in the row.
+        protocol: the questions; its `cells()` are to be measured.
+        shards: keeps the rows.
+        workers: processes, -1 for all cores.
+        report: called with the number of cells that are there, and that of all.
+
+    Returns:
+        The rows of this protocol, in its order, and the cells that could not be measured.
+
+    Raises:
+        ParameterError: no workers.
+        StudyError: a worker was killed from outside.
+        MissingExtraError: joblib is not installed.
+    """
+    have = {_key_of(row, kind): row for row in shards.rows}
+    wanted = {_key_of(asdict(cell), kind): cell for cell in protocol.cells()}
+    failures = measure_missing(ask, protocol, wanted, have, shards, workers=workers, report=report)
+    return [have[key] for key in wanted if key in have], failures
+
+
+def _key_of(row: Row, kind: type) -> tuple[Any, ...]:
+    """A cell as a key; its numbers rounded, so that it survives a file."""
+    values = (row[one.name] for one in fields(kind))
+    return tuple(round(value, 9) if isinstance(value, float) else value for value in values)
 
 
 def measure_missing(

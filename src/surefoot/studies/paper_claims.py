@@ -12,9 +12,9 @@ from surefoot.control.hybrid import HybridController
 from surefoot.models.footsteps import Footstep
 from surefoot.models.robot import Robot
 from surefoot.planning.nominal_gait import NominalGait, nominal_gait
+from surefoot.simulation.description import describe
 from surefoot.simulation.outcome import Outcome
 from surefoot.simulation.rollout import Rollout
-from surefoot.simulation.simulate import describe
 from surefoot.studies.claim import NOT_REPRODUCED, REPRODUCED, UNDER_ASSUMPTIONS, Claim
 from surefoot.studies.limit_claims import (
     LEG_SPEED,

@@ -32,6 +32,9 @@ LEFT, RIGHT, GAP, FOOT = 0.95, 1.9, 0.12, 0.5
 TALLEST, SHORTEST = 4.6, 1.7
 """Of the top view [in]."""
 
+COARSEST, HIGHEST = 0.25, 7.5
+"""A top view whose scale would be coarser [m/in] is as much taller, up to this height [in]."""
+
 
 def draw_body(rollout: Rollout, trace: BodyTrace, path: Path) -> None:
     """Draw a walk in physics into a file; the same walk gives the same bytes.
@@ -70,7 +73,8 @@ def body_figure(rollout: Rollout, trace: BodyTrace) -> Figure:
     """
     ground = body_extent(rollout, trace)
     width = WIDTH - LEFT - RIGHT
-    view = min(max(width * ground.size[1] / ground.size[0], SHORTEST), TALLEST)
+    tallest = min(max(ground.size[1] / COARSEST, TALLEST), HIGHEST)
+    view = min(max(width * ground.size[1] / ground.size[0], SHORTEST), tallest)
     shown = ground.filling(width, view)
     headline = textwrap.fill("  ·  ".join(title(rollout)), 118)
     fall = rollout.body_fall

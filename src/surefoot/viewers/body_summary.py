@@ -19,6 +19,7 @@ _SENTENCES = {
     Outcome.RECOVERED: "recovered: walked on",
     Outcome.UNSETTLED: "unsettled: not back in its gait when the run ended; walked",
     Outcome.FELL: "fell",
+    Outcome.CUT_SHORT: "cut short: its end is lost; walked",
 }
 
 

@@ -15,7 +15,8 @@ from surefoot.simulation.body_measures import planned_com
 from surefoot.simulation.body_trace import FEET, BodyTrace
 from surefoot.simulation.rollout import Rollout
 from surefoot.viewers import palette
-from surefoot.viewers.palette import DASHES, DOTS, HALO
+from surefoot.viewers.halo import HALO
+from surefoot.viewers.palette import DASHES, DOTS
 from surefoot.viewers.stances import acting_pushes, push_opacity, sole_reach
 
 NAMES = ("x", "y", "feet", "knees", "left motors", "right motors")

@@ -17,13 +17,20 @@ from surefoot.simulation.body_measures import planned_com
 from surefoot.simulation.body_trace import BodyTrace
 from surefoot.simulation.rollout import Rollout
 from surefoot.viewers import palette
-from surefoot.viewers.ground import Extent, draw_ground, pair
-from surefoot.viewers.palette import DASHES, HALO
+from surefoot.viewers.ground import Extent, draw_ground, metres_per_inch, pair
+from surefoot.viewers.halo import HALO
+from surefoot.viewers.palette import DASHES
 from surefoot.viewers.push_arrows import draw_push, label_pushes, push_arrow
 from surefoot.viewers.stances import acting_pushes, sole_reach
 
 MARGIN, SMALLEST = 0.1, 0.7
 """Free space around what is drawn, and extent of the ground that is shown at least [m]."""
+
+NEARBY = 0.45
+"""CoM and DCM are shown as far as this from the standing foot: those of a fall run away [m]."""
+
+INSET = 0.1
+"""Of the mark of a fall whose place is beyond the picture [in]."""
 
 MISSED = 0.01
 """A foot that landed this far from its target has the target drawn too [m]."""
@@ -46,13 +53,16 @@ def standing_places(trace: BodyTrace) -> list[tuple[int, int, NDArray[np.float64
 
 
 def body_extent(rollout: Rollout, trace: BodyTrace) -> Extent:
-    """The ground to show: all places of feet, CoM, pushes, and the DCM as far as it matters."""
+    """The ground to show: all places of feet, pushes, and CoM and DCM as far as they matter."""
     places = standing_places(trace)
     centres = np.array([place for _, _, place, _ in places])
     reach = sole_reach(trace.robot.foot, np.array([yaw for *_, yaw in places]))
-    near = rollout.support_foot + np.clip(rollout.dcm - rollout.support_foot, -0.6, 0.6)
+    near = [
+        rollout.support_foot + np.clip(path - rollout.support_foot, -NEARBY, NEARBY)
+        for path in (rollout.com, rollout.dcm)
+    ]
     tails = [push_arrow(rollout, push)[0] for push in acting_pushes(rollout)]
-    points = np.array([*(centres - reach), *(centres + reach), *rollout.com, *near, *tails])
+    points = np.array([*(centres - reach), *(centres + reach), *near[0], *near[1], *tails])
     low, high = points.min(axis=0), points.max(axis=0)
     middle, half = 0.5 * (low + high), np.maximum(0.5 * (high - low) + MARGIN, 0.5 * SMALLEST)
     return Extent(pair(middle - half), pair(middle + half))
@@ -153,7 +163,8 @@ def _broken(values: NDArray[np.float64], trace: BodyTrace) -> NDArray[np.float64
 
 
 def _mark_fall(ax: Axes, rollout: Rollout, shown: Extent, cause: str) -> None:
-    x, y = pair(np.clip(rollout.dcm[-1], shown.low, shown.high))
+    inset = INSET * metres_per_inch(ax)
+    x, y = pair(np.clip(rollout.dcm[-1], np.add(shown.low, inset), np.subtract(shown.high, inset)))
     ax.plot(
         x, y, "X", color=palette.ALARM, markersize=10.0, markeredgecolor="white",
         markeredgewidth=0.8, zorder=5.5, gid="fall",

@@ -8,8 +8,6 @@ from __future__ import annotations
 
 from typing import Any
 
-from matplotlib.patheffects import withStroke
-
 from surefoot.models.footsteps import Side
 
 COM = "#222222"
@@ -31,9 +29,6 @@ BOARD = "#e3e0d4"
 
 DASHES = (0, (3, 2))
 DOTS = (0, (1, 2))
-
-HALO = [withStroke(linewidth=2.2, foreground="white")]
-"""Path effects of a text that stays readable on lines and areas."""
 
 STYLE: dict[str, Any] = {
     "font.family": "DejaVu Sans",

@@ -12,7 +12,7 @@ from surefoot.models.pushes import Push
 from surefoot.simulation.rollout import Rollout
 from surefoot.viewers import palette
 from surefoot.viewers.ground import Extent, metres_per_inch, pair
-from surefoot.viewers.palette import HALO
+from surefoot.viewers.halo import HALO
 from surefoot.viewers.stances import acting_pushes, push_opacity, push_samples
 from surefoot.viewers.walk_words import push_label
 

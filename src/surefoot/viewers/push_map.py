@@ -23,6 +23,7 @@ from surefoot.errors import ParameterError
 from surefoot.viewers import palette
 from surefoot.viewers.compare_words import speed_words
 from surefoot.viewers.comparison import DIRECTIONS, Cell, Comparison, choose
+from surefoot.viewers.halo import HALO
 from surefoot.viewers.method_marks import Mark, mark
 from surefoot.viewers.picture_file import marker_path, write_picture
 
@@ -222,7 +223,7 @@ def _rings(ax: PolarAxes, at: _Map) -> None:
     for tick in ticks:
         ax.text(
             free, tick, f"{tick:g}", fontsize=6.5, color=palette.QUIET,
-            ha="center", va="center", path_effects=palette.HALO, zorder=5.0,
+            ha="center", va="center", path_effects=HALO, zorder=5.0,
         )  # fmt: skip
 
 

@@ -18,6 +18,7 @@ from surefoot.models.multibody import SIDES, Multibody
 from surefoot.models.nominal_pose import NominalPose
 from surefoot.viewers import palette
 from surefoot.viewers.elevation import Elevation, draw_elevations, shown_groups
+from surefoot.viewers.halo import HALO
 from surefoot.viewers.picture_file import write_picture
 
 FORMATS = (".png", ".pdf", ".svg")
@@ -150,7 +151,7 @@ def _label(
 ) -> None:
     axis.annotate(
         text, place, offset, textcoords="offset points", ha=align, va="center",
-        fontsize=8.0, path_effects=palette.HALO,
+        fontsize=8.0, path_effects=HALO,
     )  # fmt: skip
 
 
@@ -177,7 +178,7 @@ def _draw_frame(
         )  # fmt: skip
         axis.text(
             x + 1.18 * dx, y + 1.18 * dy, "xyz"[place], color=colour, ha="center", va="center",
-            fontsize=8.0, fontweight="bold", path_effects=palette.HALO,
+            fontsize=8.0, fontweight="bold", path_effects=HALO,
         )  # fmt: skip
 
 

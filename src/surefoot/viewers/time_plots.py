@@ -14,7 +14,8 @@ from surefoot.simulation.lipm_simulator import FALL_DISTANCE
 from surefoot.simulation.outcome import SETTLED_ERROR
 from surefoot.simulation.rollout import Rollout
 from surefoot.viewers import palette
-from surefoot.viewers.palette import DASHES, DOTS, HALO
+from surefoot.viewers.halo import HALO
+from surefoot.viewers.palette import DASHES, DOTS
 from surefoot.viewers.stances import Stance, broken, sole_reach, support_bounds, zmp_outside
 from surefoot.viewers.walk_events import mark_events, name_fall, name_velocities
 

@@ -18,7 +18,8 @@ from surefoot.simulation.lipm_simulator import FALL_DISTANCE
 from surefoot.simulation.rollout import Rollout
 from surefoot.viewers import palette
 from surefoot.viewers.ground import Extent, draw_ground, metres_per_inch, pair
-from surefoot.viewers.palette import DASHES, HALO
+from surefoot.viewers.halo import HALO
+from surefoot.viewers.palette import DASHES
 from surefoot.viewers.push_arrows import draw_push, label_pushes, push_arrow
 from surefoot.viewers.stances import Stance, acting_pushes, broken, sole_reach
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from surefoot.simulation.rollout import Rollout
 from surefoot.viewers import palette
-from surefoot.viewers.palette import HALO
+from surefoot.viewers.halo import HALO
 from surefoot.viewers.stances import Stance, acting_pushes, push_opacity
 from surefoot.viewers.walk_words import velocity_words
 

@@ -20,6 +20,7 @@ _SENTENCES = {
     Outcome.RECOVERED: "recovered: back on the nominal gait",
     Outcome.UNSETTLED: "unsettled: still walking, but not on the nominal gait when the run ended",
     Outcome.FELL: "fell",
+    Outcome.CUT_SHORT: "cut short: the end of the walk is lost",
 }
 
 
@@ -32,7 +33,7 @@ def walk_summary(rollout: Rollout, decided: NDArray[np.void] | None = None) -> d
         rollout: the walk.
         decided: its decisions (`surefoot.decisions`), for `smallest_margin`, which else is None.
     """
-    mass = rollout.robot.mass
+    mass = rollout.mass
     decision = np.percentile(rollout.decision_time, (50, 99))
     return {
         "version": rollout.version,
@@ -106,7 +107,7 @@ def describe_push(force: tuple[float, float], start: float, end: float, rollout:
     impulse = strength * (end - start)
     return (
         f"with ({force[0]:g}, {force[1]:g}) N from {start:g} s to {end:g} s: "
-        f"{impulse:.4g} N s, {impulse / rollout.robot.mass:.3g} m/s"
+        f"{impulse:.4g} N s, {impulse / rollout.mass:.3g} m/s"
     )
 
 

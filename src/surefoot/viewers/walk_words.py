@@ -9,11 +9,18 @@ from surefoot.simulation.outcome import Outcome
 from surefoot.simulation.rollout import Rollout
 from surefoot.viewers.stances import acting_pushes
 
+DIRECTIONS = (
+    "forward", "forward left", "left", "backward left",
+    "backward", "backward right", "right", "forward right",
+)  # fmt: skip
+"""Eight of them, counter-clockwise."""
+
 _ENDINGS = {
     Outcome.WALKED: "walked on",
     Outcome.RECOVERED: "recovered",
     Outcome.UNSETTLED: "not settled when the run ended",
     Outcome.FELL: "fell",
+    Outcome.CUT_SHORT: "its end is lost",
 }
 
 
@@ -87,7 +94,7 @@ def _pushes(rollout: Rollout) -> str:
         )
     # What acted within the run, since the impulse of a force without end is no number.
     impulse = sum(_impulse_within(push, rollout) for push in pushes)
-    words = f"{_number(impulse)} N s ({_number(impulse / rollout.robot.mass, 3)} m/s)"
+    words = f"{_number(impulse)} N s ({_number(impulse / rollout.mass, 3)} m/s)"
     if len(pushes) > 1:
         return f"{len(pushes)} pushes of {words} in all"
     return f"pushed {_direction(pushes[0].force)} with {words}"
@@ -101,11 +108,7 @@ def _impulse_within(push: Push, rollout: Rollout) -> float:
 
 def _direction(vector: tuple[float, float]) -> str:
     """The direction of a vector to the nearest of eight."""
-    names = (
-        "forward", "forward left", "left", "backward left",
-        "backward", "backward right", "right", "forward right",
-    )  # fmt: skip
-    return names[round(math.atan2(vector[1], vector[0]) / (0.25 * math.pi)) % 8]
+    return DIRECTIONS[round(math.atan2(vector[1], vector[0]) / (0.25 * math.pi)) % 8]
 
 
 def _towards(limit: str) -> str:

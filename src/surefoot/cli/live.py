@@ -1,0 +1,186 @@
+"""`surefoot live`: a page in the browser on which the robot walks, is pushed and steered."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from surefoot.cli.arguments import compiling_notice, robot_option
+
+if TYPE_CHECKING:
+    from surefoot.models.steering import Steering
+    from surefoot.viewers.live.controls import Menu
+    from surefoot.viewers.live.run import Choice, Walk
+    from surefoot.viewers.live.stage import MakeFigure
+
+
+@click.command()
+@robot_option
+@click.option(
+    "--velocity",
+    nargs=2,
+    type=float,
+    default=(0.3, 0.0),
+    show_default=True,
+    metavar="VX VY",
+    help="Forward and to the left [m/s].",
+)
+@click.option(
+    "--controller",
+    default="unified",
+    show_default=True,
+    metavar="NAME",
+    help="As of `surefoot walk`.",
+)
+@click.option(
+    "--ghost",
+    default="",
+    metavar="NAME",
+    help="A second controller beside it, under the same pushes.",
+)
+@click.option(
+    "--simulator",
+    type=click.Choice(["lipm", "mujoco"]),
+    default="lipm",
+    show_default=True,
+    help="The point mass, or the body in physics.",
+)
+@click.option(
+    "--host",
+    default="127.0.0.1",
+    show_default=True,
+    help="Address to serve on; 0.0.0.0 lets other machines watch and push.",
+)
+@click.option(
+    "--port",
+    default=8080,
+    show_default=True,
+    type=click.IntRange(1, 65535),
+    help="The first free port from this one on.",
+)
+@click.option(
+    "--open/--no-open",
+    "open_page",
+    default=True,
+    show_default=True,
+    help="Open the page in a browser.",
+)
+def live(
+    robot: str,
+    velocity: tuple[float, float],
+    controller: str,
+    ghost: str,
+    simulator: str,
+    host: str,
+    port: int,
+    open_page: bool,
+) -> None:
+    """Watch a robot walk in the browser; push it, steer it, switch controllers.
+
+    The page is served on this machine alone unless --host says otherwise, and needs no internet.
+    """
+    from surefoot.checks import optional_module
+    from surefoot.models.steering import Steering
+
+    optional_module("viser", "the live page", "live")
+    from surefoot.viewers.live.page import LivePage
+    from surefoot.viewers.live.run import Choice, LiveRun
+    from surefoot.viewers.live.server import page_server, stop, url_of
+
+    choice = Choice(robot, controller, ghost, simulator)
+    with compiling_notice(4.0, "a minute" if simulator == "mujoco" else "10 s"):
+        run = LiveRun(make_walk, choice, Steering(velocity))
+    server = page_server(host, port)
+    page = LivePage(server, run, figure_of, live_menu(choice))
+    page.draw()
+    click.echo(f"the page is at {url_of(server)} (Ctrl-C ends it)")
+    if open_page:
+        click.launch(url_of(server))
+    try:
+        page.serve()
+    except KeyboardInterrupt:
+        click.echo("ended", err=True)
+    finally:
+        stop(server)
+
+
+def make_walk(choice: Choice, key: str, steering: Steering) -> Walk:
+    """A walk from its beginning.
+
+    Args:
+        choice: robot and simulator.
+        key: of the controller's method.
+        steering: where to go.
+
+    Raises:
+        SurefootError: there is no such robot or method, it cannot walk so fast, or an extra is
+            missing.
+    """
+    from surefoot.models.robot import load_robot
+
+    robot = load_robot(choice.robot)
+    walk = (
+        _body(robot, key, steering)
+        if choice.simulator == "mujoco"
+        else _point(robot, key, steering)
+    )
+    walk.steer(steering)
+    return walk
+
+
+def _point(robot: Any, key: str, steering: Steering) -> Walk:
+    from surefoot.control.methods import method
+    from surefoot.simulation.steered_point import SteeredPoint
+
+    return SteeredPoint(method(key).controller(robot, steering.velocity))
+
+
+def _body(robot: Any, key: str, steering: Steering) -> Walk:
+    from surefoot.checks import optional_module
+
+    optional_module("mujoco", "physics", "mujoco")
+    optional_module("daqp", "inverse dynamics", "mujoco")
+    from surefoot.control.body_gait import body_control, body_controller, walking_robot
+    from surefoot.models.body_state import BodyEstimator
+    from surefoot.models.multibody import load_multibody
+    from surefoot.simulation.body_noise import BodyNoise
+    from surefoot.simulation.steered_body import SteeredBody
+
+    multibody = load_multibody(robot)
+    controller = body_controller(key, walking_robot(multibody), steering.velocity)
+    estimator = BodyEstimator(multibody)
+    return SteeredBody(body_control(controller, multibody), noise=BodyNoise(), estimator=estimator)
+
+
+def figure_of(walk: Walk) -> MakeFigure:
+    """How a walk is drawn: with its mechanism's looks if it has one."""
+    from surefoot.viewers.live.figure import PointFigure
+
+    multibody = getattr(walk, "multibody", None)
+    if multibody is None:
+        return lambda scene, name, opacity: PointFigure(scene, name, walk.robot, opacity)
+    from surefoot.viewers.live.body_figure import BodyFigure
+
+    return lambda scene, name, opacity: BodyFigure(scene, name, multibody, opacity)
+
+
+def live_menu(choice: Choice) -> Menu:
+    """What there is to choose from, with a file of the command line."""
+    from importlib.util import find_spec
+
+    from surefoot.control.methods import METHODS
+    from surefoot.models.robot import preset_names
+    from surefoot.viewers.live.controls import Menu
+
+    quick = [one for one in METHODS if not one.slow]
+    controllers = {
+        "lipm": [one.key for one in quick],
+        "mujoco": [one.key for one in quick if not one.leans],
+    }
+    # A slow one can be asked for by name.
+    asked = [key for key in (choice.controller, choice.ghost) if key]
+    controllers[choice.simulator] = list(dict.fromkeys([*controllers[choice.simulator], *asked]))
+    robots = list(dict.fromkeys([choice.robot, *preset_names()]))
+    physics = find_spec("mujoco") is not None and find_spec("daqp") is not None
+    return Menu(robots, controllers, ["lipm", "mujoco"] if physics else ["lipm"])

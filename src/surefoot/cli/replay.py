@@ -1,0 +1,126 @@
+"""`surefoot replay`: a saved walk in the browser, or as one file to send around."""
+
+from __future__ import annotations
+
+import warnings
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+if TYPE_CHECKING:
+    from surefoot.simulation.rollout import Rollout
+    from surefoot.viewers.live.scenes import Scenes
+    from surefoot.viewers.live.stage import MakeFigure
+
+
+@click.command()
+@click.argument("file", type=click.Path(path_type=Path))
+@click.option(
+    "--html",
+    "page",
+    type=click.Path(path_type=Path),
+    metavar="OUT.html",
+    help="Write one file that plays the walk without a network, and end.",
+)
+@click.option("--host", default="127.0.0.1", show_default=True, help="Address to serve on.")
+@click.option(
+    "--port",
+    default=8080,
+    show_default=True,
+    type=click.IntRange(1, 65535),
+    help="The first free port from this one on.",
+)
+@click.option(
+    "--open/--no-open",
+    "open_page",
+    default=True,
+    show_default=True,
+    help="Open the page in a browser.",
+)
+def replay(file: Path, page: Path | None, host: str, port: int, open_page: bool) -> None:
+    """Play FILE, a walk saved by `surefoot walk --save` or on the live page."""
+    from surefoot.checks import check_writable, optional_module
+
+    optional_module("viser", "playback", "live")
+    from surefoot.viewers.live.replay import ReplayPage
+    from surefoot.viewers.live.scenes import scenes_of
+    from surefoot.viewers.live.server import page_server, stop, url_of
+
+    if page is not None:
+        optional_module("matplotlib", "plots of a page", "plot")
+        check_writable(page, (".html",))
+    rollout = _load(file)
+    scenes, figure = scenes_of(rollout), _figure(rollout)
+    if page is not None:
+        _write(scenes, figure, file, page)
+        return
+    server = page_server(host, port)
+    shown = ReplayPage(server, scenes, figure)
+    shown.draw()
+    click.echo(f"{file} is played at {url_of(server)} (Ctrl-C ends it)")
+    if open_page:
+        click.launch(url_of(server))
+    try:
+        shown.serve()
+    except KeyboardInterrupt:
+        click.echo("ended", err=True)
+    finally:
+        stop(server)
+
+
+def _load(file: Path) -> Rollout:
+    """The walk; what is missing of it is told."""
+    from surefoot.simulation.rollout import load_rollout
+
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        rollout = load_rollout(file)
+    for one in told:
+        click.echo(f"note: {one.message}", err=True)
+    return rollout
+
+
+def _figure(rollout: Rollout) -> MakeFigure:
+    from surefoot.errors import SurefootError
+    from surefoot.viewers.live.figure import PointFigure
+
+    robot = rollout.robot
+    if rollout.body is not None:
+        try:
+            return _mechanism(rollout.body.robot)
+        except SurefootError as error:
+            click.echo(f"note: drawn as a point mass on legs: {error}", err=True)
+            robot = rollout.body.believed
+    return lambda scene, name, opacity: PointFigure(scene, name, robot, opacity)
+
+
+def _mechanism(robot: Any) -> MakeFigure:
+    from surefoot.checks import optional_module
+
+    optional_module("mujoco", "the looks of a body", "mujoco")
+    from surefoot.models.multibody import load_multibody
+    from surefoot.viewers.live.body_figure import BodyFigure
+
+    multibody = load_multibody(robot)
+    return lambda scene, name, opacity: BodyFigure(scene, name, multibody, opacity)
+
+
+def _write(scenes: Scenes, figure: MakeFigure, file: Path, page: Path) -> None:
+    import tempfile
+
+    from surefoot.viewers.live.replay import write_page
+    from surefoot.viewers.live.server import page_server, stop
+    from surefoot.viewers.walk_words import title
+
+    with tempfile.TemporaryDirectory() as folder:
+        drawn = Path(folder) / "walk.svg"
+        scenes.rollout.plot(drawn)
+        plots = drawn.read_text(encoding="utf-8")
+    server = page_server("127.0.0.1", 8080)
+    try:
+        name = f"{file.name}: {', '.join(title(scenes.rollout))}"
+        write_page(server, scenes, figure, name, plots[plots.index("<svg") :], page)
+    finally:
+        stop(server)
+    click.echo(f"{page}: {page.stat().st_size / 1e6:.1f} MB")

@@ -1,0 +1,82 @@
+"""Charts beside the scene: DCM and ZMP with the sole's bounds, step durations, decision times."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from viser import uplot
+
+from surefoot.models.robot import Robot
+from surefoot.viewers import palette
+from surefoot.viewers.live.sample import Sample
+
+HEIGHT = 178
+"""Of a chart [pixel]."""
+
+
+class Charts:
+    """Four charts of the last seconds.
+
+    Args:
+        gui: of viser, with the panel they are to be in as its container.
+    """
+
+    def __init__(self, gui: Any) -> None:
+        bounds = (_line("sole", palette.QUIET, (4, 3)), _line("", palette.QUIET, (4, 3)))
+        points = (_line("DCM", palette.DCM), _line("ZMP", palette.ZMP), *bounds)
+        self._along = self._chart(gui, "forward of the standing sole [m]", points)
+        self._across = self._chart(gui, "left of the standing sole [m]", points)
+        self._steps = self._chart(
+            gui, "planned duration of the step [s]",
+            (_line("planned", palette.DCM_PLAN), _line("nominal", palette.QUIET, (4, 3))),
+        )  # fmt: skip
+        self._times = self._chart(
+            gui, "longest decision in 20 ms [ms]", (_line("decision", palette.COM),)
+        )
+
+    @staticmethod
+    def _chart(gui: Any, title: str, lines: tuple[Any, ...]) -> Any:
+        start = np.array([0.0, 1.0])
+        return gui.add_uplot(
+            data=(start, *(np.zeros(2) for _ in lines)),
+            series=(uplot.Series(label="t [s]"), *lines),
+            title=title,
+            scales={"x": uplot.Scale(time=False)},
+            axes=(uplot.Axis(size=26), uplot.Axis(size=48)),
+            legend=uplot.Legend(show=False),
+            cursor=uplot.Cursor(show=False),
+            height=HEIGHT,
+            padding=(10, 18, 0, 0),
+        )
+
+    def show(self, samples: Sequence[Sample], robot: Robot, nominal: float) -> None:
+        """Draw the last seconds.
+
+        Args:
+            samples: in order of time.
+            robot: whose sole bounds the ZMP.
+            nominal: duration of a step [s].
+        """
+        if len(samples) < 2:
+            return
+        time = np.array([one.time for one in samples])
+        dcm = np.array([one.dcm for one in samples])
+        zmp = np.array([one.zmp for one in samples])
+        for axis, chart in enumerate((self._along, self._across)):
+            edge = np.full(len(time), robot.foot.half[axis])
+            # A walk in the air has no ZMP; a chart has no gaps.
+            there = np.nan_to_num(zmp[:, axis])
+            chart.data = (time, dcm[:, axis], there, edge, -edge)
+        planned = np.array([one.step_duration for one in samples])
+        self._steps.data = (time, planned, np.full(len(time), nominal))
+        self._times.data = (time, 1e3 * np.array([one.decision_time for one in samples]))
+
+
+def _line(label: str, colour: str, dash: tuple[float, ...] | None = None) -> Any:
+    line = uplot.Series(label=label, stroke=colour, width=1.6)
+    if dash is not None:
+        line["dash"] = dash
+        line["width"] = 1.0
+    return line
