@@ -12,7 +12,8 @@ import surefoot as sf
 from surefoot.control.body_control import BodyControl
 from surefoot.control.body_walk import BODY_LIMITS, BODY_WALK, STAND, WALK, keep_apart
 from surefoot.control.inverse_dynamics import InverseDynamics
-from surefoot.control.steering import Course, Steering, rotated
+from surefoot.control.steering import Course, Steering
+from surefoot.models.frame_turn import rotated
 from surefoot.models.multibody import Multibody
 from surefoot.models.record import new_array
 from surefoot.simulation.body_plant import BodyPlant

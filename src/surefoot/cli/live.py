@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from surefoot.cli.arguments import compiling_notice, robot_option
+from surefoot.cli.serving import host_option, open_option, port_option, serve_page
 
 if TYPE_CHECKING:
     from surefoot.models.steering import Steering
@@ -46,26 +47,9 @@ if TYPE_CHECKING:
     show_default=True,
     help="The point mass, or the body in physics.",
 )
-@click.option(
-    "--host",
-    default="127.0.0.1",
-    show_default=True,
-    help="Address to serve on; 0.0.0.0 lets other machines watch and push.",
-)
-@click.option(
-    "--port",
-    default=8080,
-    show_default=True,
-    type=click.IntRange(1, 65535),
-    help="The first free port from this one on.",
-)
-@click.option(
-    "--open/--no-open",
-    "open_page",
-    default=True,
-    show_default=True,
-    help="Open the page in a browser.",
-)
+@host_option
+@port_option
+@open_option
 def live(
     robot: str,
     velocity: tuple[float, float],
@@ -86,23 +70,15 @@ def live(
     optional_module("viser", "the live page", "live")
     from surefoot.viewers.live.page import LivePage
     from surefoot.viewers.live.run import Choice, LiveRun
-    from surefoot.viewers.live.server import page_server, stop, url_of
 
     choice = Choice(robot, controller, ghost, simulator)
     with compiling_notice(4.0, "a minute" if simulator == "mujoco" else "10 s"):
         run = LiveRun(make_walk, choice, Steering(velocity))
-    server = page_server(host, port)
-    page = LivePage(server, run, figure_of, live_menu(choice))
-    page.draw()
-    click.echo(f"the page is at {url_of(server)} (Ctrl-C ends it)")
-    if open_page:
-        click.launch(url_of(server))
-    try:
-        page.serve()
-    except KeyboardInterrupt:
-        click.echo("ended", err=True)
-    finally:
-        stop(server)
+    menu = live_menu(choice)
+    serve_page(
+        host, port, open_page, "the page is at",
+        lambda server: LivePage(server, run, figure_of, menu),
+    )  # fmt: skip
 
 
 def make_walk(choice: Choice, key: str, steering: Steering) -> Walk:

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from surefoot.cli.serving import host_option, open_option, port_option, serve_page
+
 if TYPE_CHECKING:
     from surefoot.simulation.rollout import Rollout
     from surefoot.viewers.live.scenes import Scenes
@@ -23,21 +25,9 @@ if TYPE_CHECKING:
     metavar="OUT.html",
     help="Write one file that plays the walk without a network, and end.",
 )
-@click.option("--host", default="127.0.0.1", show_default=True, help="Address to serve on.")
-@click.option(
-    "--port",
-    default=8080,
-    show_default=True,
-    type=click.IntRange(1, 65535),
-    help="The first free port from this one on.",
-)
-@click.option(
-    "--open/--no-open",
-    "open_page",
-    default=True,
-    show_default=True,
-    help="Open the page in a browser.",
-)
+@host_option
+@port_option
+@open_option
 def replay(file: Path, page: Path | None, host: str, port: int, open_page: bool) -> None:
     """Play FILE, a walk saved by `surefoot walk --save` or on the live page."""
     from surefoot.checks import check_writable, optional_module
@@ -45,7 +35,6 @@ def replay(file: Path, page: Path | None, host: str, port: int, open_page: bool)
     optional_module("viser", "playback", "live")
     from surefoot.viewers.live.replay import ReplayPage
     from surefoot.viewers.live.scenes import scenes_of
-    from surefoot.viewers.live.server import page_server, stop, url_of
 
     if page is not None:
         optional_module("matplotlib", "plots of a page", "plot")
@@ -55,18 +44,10 @@ def replay(file: Path, page: Path | None, host: str, port: int, open_page: bool)
     if page is not None:
         _write(scenes, figure, file, page)
         return
-    server = page_server(host, port)
-    shown = ReplayPage(server, scenes, figure)
-    shown.draw()
-    click.echo(f"{file} is played at {url_of(server)} (Ctrl-C ends it)")
-    if open_page:
-        click.launch(url_of(server))
-    try:
-        shown.serve()
-    except KeyboardInterrupt:
-        click.echo("ended", err=True)
-    finally:
-        stop(server)
+    serve_page(
+        host, port, open_page, f"{file} is played at",
+        lambda server: ReplayPage(server, scenes, figure),
+    )  # fmt: skip
 
 
 def _load(file: Path) -> Rollout:

@@ -24,10 +24,11 @@ from surefoot.control.body_walk import (
     body_kernels,
 )
 from surefoot.control.mapping import Mapping
-from surefoot.control.steering import Course, Steering, rotated
+from surefoot.control.steering import Course, Steering
 from surefoot.errors import VelocityError
 from surefoot.models.body_reference import BODY_REFERENCE
 from surefoot.models.footsteps import Side
+from surefoot.models.frame_turn import rotated
 from surefoot.models.interfaces import COMMAND, OBSERVATION, Command, Controller, Observation
 from surefoot.models.joint_command import JointCommand
 from surefoot.models.legs import find_legs

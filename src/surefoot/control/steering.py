@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from surefoot.models.frame_turn import rotated
 from surefoot.models.steering import Steering
 
 
@@ -62,9 +63,3 @@ class Course:
         away = (self.place[0] - place[0], self.place[1] - place[1])
         x, y = rotated(away, -self.heading)
         return (min(max(rate * x, -most), most), min(max(rate * y, -most), most))
-
-
-def rotated(vector: tuple[float, float], angle: float) -> tuple[float, float]:
-    """A vector turned counter-clockwise by an angle [rad]."""
-    cosine, sine = math.cos(angle), math.sin(angle)
-    return (cosine * vector[0] - sine * vector[1], sine * vector[0] + cosine * vector[1])

@@ -7,12 +7,16 @@ every touchdown.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from surefoot.models.interfaces import COMMAND, OBSERVATION
 from surefoot.models.record import copy_array
+
+Vector = Sequence[float] | NDArray[np.float64]
+"""Of which the first two are x and y."""
 
 _YAWS = {OBSERVATION: ("support_yaw", "swing_yaw"), COMMAND: ("swing_yaw",)}
 _VECTORS = {
@@ -27,6 +31,12 @@ _VECTORS = {
 }  # fmt: skip
 
 
+def rotated(vector: Vector, angle: float) -> tuple[float, float]:
+    """A vector turned counter-clockwise by an angle [rad]."""
+    cosine, sine = math.cos(angle), math.sin(angle)
+    return (cosine * vector[0] - sine * vector[1], sine * vector[0] + cosine * vector[1])
+
+
 def turned(array: NDArray[np.void], angle: float) -> NDArray[np.void]:
     """An `OBSERVATION` or `COMMAND` record as it looks turned counter-clockwise.
 
@@ -36,11 +46,10 @@ def turned(array: NDArray[np.void], angle: float) -> NDArray[np.void]:
     """
     if angle == 0.0:
         return array
-    array, cosine, sine = copy_array(array), math.cos(angle), math.sin(angle)
+    array = copy_array(array)
     for name in _VECTORS[array.dtype]:
         vector = array[name][0]
-        x, y = vector[0], vector[1]
-        vector[0], vector[1] = cosine * x - sine * y, sine * x + cosine * y
+        vector[:2] = rotated(vector, angle)
     for name in _YAWS[array.dtype]:
         array[name][0] += angle
     return array

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from surefoot.models.footsteps import Side
+from surefoot.models.frame_turn import rotated
 from surefoot.models.leg import furthest
 from surefoot.models.robot import Robot
 from surefoot.models.viability import viable_offsets
@@ -38,10 +39,10 @@ def viable_landings(robot: Robot, observation: Any, command: Any) -> NDArray[np.
     left = max(float(command["step_duration"] - observation["elapsed"]), 0.0)
     yaw = float(observation["support_yaw"])
     foot = observation["support_foot"]
-    zmp = _along(command["zmp"] - foot, yaw)
-    dcm = _along(observation["dcm"] - foot, yaw)
-    swing = _along(observation["swing_foot"][:2] - foot, yaw)
-    velocity = _along(observation["swing_foot_velocity"][:2], yaw)
+    zmp = np.array(rotated(command["zmp"] - foot, -yaw))
+    dcm = np.array(rotated(observation["dcm"] - foot, -yaw))
+    swing = np.array(rotated(observation["swing_foot"][:2] - foot, -yaw))
+    velocity = np.array(rotated(observation["swing_foot_velocity"][:2], -yaw))
     end = zmp + (dcm - zmp) * math.exp(min(robot.omega * left, 20.0))
     offsets = viable_offsets(robot, side, robot.foot.half)
     low, high = end - offsets.upper, end - offsets.lower
@@ -53,8 +54,3 @@ def viable_landings(robot: Robot, observation: Any, command: Any) -> NDArray[np.
         low[axis] = max(low[axis], box[0, axis], swing[axis] - behind)
         high[axis] = min(high[axis], box[1, axis], swing[axis] + ahead)
     return np.array([low, high])
-
-
-def _along(vector: NDArray[np.float64], yaw: float) -> NDArray[np.float64]:
-    cosine, sine = math.cos(yaw), math.sin(yaw)
-    return np.array([cosine * vector[0] + sine * vector[1], cosine * vector[1] - sine * vector[0]])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -9,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from surefoot.models.footsteps import Side
+from surefoot.models.pushes import Push
 from surefoot.simulation.rollout import Rollout
 
 
@@ -60,6 +62,12 @@ class Glimpse:
         return np.array([carrying, other] if self.support is Side.LEFT else [other, carrying])
 
 
+def acting_force(pushes: Sequence[Push], time: float) -> tuple[float, float]:
+    """The sum of the pushes at an instant (x, y) [N]."""
+    acting = [push.force for push in pushes if push.start <= time < push.end]
+    return sum(x for x, _ in acting), sum(y for _, y in acting)
+
+
 def glimpse_of(rollout: Rollout, cycle: int) -> Glimpse:
     """An instant of a finished walk.
 
@@ -68,12 +76,11 @@ def glimpse_of(rollout: Rollout, cycle: int) -> Glimpse:
         cycle: which.
     """
     body, now = rollout.body, float(rollout.time[cycle])
-    acting = [push.force for push in rollout.pushes if push.start <= now < push.end]
     return Glimpse(
         observation=rollout.observations[cycle],
         command=rollout.commands[cycle],
         com_height=rollout.robot.com_height if body is None else float(body.com[cycle, 2]),
-        force=(sum(x for x, _ in acting), sum(y for _, y in acting)),
+        force=acting_force(rollout.pushes, now),
         both_feet=bool(rollout.commands["double_support"][cycle]),
         decision_time=float(rollout.decision_time[cycle]),
         zmp=None if body is None else (float(body.zmp[cycle, 0]), float(body.zmp[cycle, 1])),

@@ -20,7 +20,7 @@ from surefoot.simulation.body_recorder import BodyRecorder
 from surefoot.simulation.body_rollout import make_rollout, senses_words
 from surefoot.simulation.body_senses import BodySight, SenseNoise
 from surefoot.simulation.body_truth import commands_in_world, floor_zmp, true_observations
-from surefoot.simulation.glimpse import Glimpse
+from surefoot.simulation.glimpse import Glimpse, acting_force
 from surefoot.simulation.rollout import Rollout
 
 
@@ -155,14 +155,13 @@ class SteeredBody:
         time = cycles * self._plant.model.opt.timestep
         truth = true_observations(record, time, believed, self.multibody.mass)
         now, com = float(time[-1]), record.state["com"]
-        acting = [one.force for one in self._plant.pushes if one.start <= now < one.end]
         wrenches = [record.effect["left_wrench"], record.effect["right_wrench"]]
         x, y = floor_zmp(com, np.stack(wrenches, axis=1))[-1]
         return Glimpse(
             observation=truth[-1],
             command=commands_in_world(record, truth)[-1],
             com_height=float(com[-1, 2]),
-            force=(sum(x for x, _ in acting), sum(y for _, y in acting)),
+            force=acting_force(self._plant.pushes, now),
             both_feet=bool(record.told["walk"]["phase"][-1] != WALKING),
             decision_time=1e-9 * float(record.clock[-1, 2] - record.clock[-1, 1]),
             zmp=(float(x), float(y)),

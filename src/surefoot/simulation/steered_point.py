@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from surefoot.checks import check_number
 from surefoot.models.estimator import Estimator
 from surefoot.models.footsteps import Side
-from surefoot.models.frame_turn import turned
+from surefoot.models.frame_turn import rotated, turned
 from surefoot.models.interfaces import COMMAND, OBSERVATION, Command, Controller, Observation
 from surefoot.models.pushes import Push
 from surefoot.models.record import copy_array, new_array, stack
@@ -23,7 +23,7 @@ from surefoot.models.robot import Robot
 from surefoot.models.steering import Steering
 from surefoot.simulation.description import describe
 from surefoot.simulation.disturbance import Disturbance
-from surefoot.simulation.glimpse import Glimpse
+from surefoot.simulation.glimpse import Glimpse, acting_force
 from surefoot.simulation.lipm_simulator import LipmSimulator
 from surefoot.simulation.rollout import Rollout
 from surefoot.simulation.senses import Senses
@@ -186,9 +186,8 @@ class SteeredPoint:
     def _note_velocity(self) -> None:
         first = float(self._rows[0].truth["time"][0]) if self._rows else 0.0
         self._velocities = self._velocities_since(first)
-        x, y = self._controller.gait.velocity
-        cosine, sine = math.cos(self._heading), math.sin(self._heading)
-        self._velocities.append((self.time, (cosine * x - sine * y, sine * x + cosine * y)))
+        velocity = rotated(self._controller.gait.velocity, self._heading)
+        self._velocities.append((self.time, velocity))
 
     def glimpse(self) -> Glimpse:
         """What there is to see of the last cycle.
@@ -198,12 +197,11 @@ class SteeredPoint:
         """
         seen, _, answer, took = self._rows[-1]
         now = float(seen["time"][0])
-        acting = [one.force for one in self._simulator.pushes if one.start <= now < one.end]
         return Glimpse(
             observation=seen[0],
             command=answer[0],
             com_height=self.robot.com_height,
-            force=(sum(x for x, _ in acting), sum(y for _, y in acting)),
+            force=acting_force(self._simulator.pushes, now),
             both_feet=bool(answer["double_support"][0]),
             decision_time=1e-9 * took,
         )

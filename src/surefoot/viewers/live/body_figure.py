@@ -12,11 +12,10 @@ from numpy.typing import NDArray
 from surefoot.models.multibody import Multibody
 from surefoot.simulation.glimpse import Glimpse
 from surefoot.viewers.elevation import shown_groups
+from surefoot.viewers.live.colours import GHOST, rgb
 
 DARKEST = 60
 """Mean of red, green and blue of a shape, so that a black robot shows its joints."""
-
-GHOST = (138, 143, 152)
 
 _KINDS = mujoco.mjtGeom
 
@@ -48,7 +47,7 @@ class BodyFigure:
             vertices, faces = shape
             scene.add_mesh_simple(
                 f"{name}/link_{body}/shape_{geom}", vertices, faces,
-                color=_colour(model, geom) if opacity == 1.0 else GHOST,
+                color=_colour(model, geom) if opacity == 1.0 else rgb(GHOST),
                 opacity=None if opacity == 1.0 else opacity,
                 position=model.geom_pos[geom], wxyz=model.geom_quat[geom],
             )  # fmt: skip

@@ -6,11 +6,15 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+import viser
 from viser import uplot
 
 from surefoot.models.robot import Robot
 from surefoot.viewers import palette
 from surefoot.viewers.live.sample import Sample
+
+PANEL = 340
+"""Width of the panels at both sides [pixel]."""
 
 HEIGHT = 178
 """Of a chart [pixel]."""
@@ -72,6 +76,20 @@ class Charts:
         planned = np.array([one.step_duration for one in samples])
         self._steps.data = (time, planned, np.full(len(time), nominal))
         self._times.data = (time, 1e3 * np.array([one.decision_time for one in samples]))
+
+
+def dock_panels(server: viser.ViserServer, title: str) -> Charts:
+    """The page's own panel at the left, and the charts in one at the right."""
+    gui = server.gui
+    gui.configure_theme(show_logo=False, show_share_button=False, dark_mode=False)
+    gui.main_panel.dock_left()
+    gui.main_panel.set_width(PANEL)
+    panel = gui.add_panel()
+    with panel.add_tab(title):
+        charts = Charts(gui)
+    panel.dock_right()
+    panel.set_width(PANEL)
+    return charts
 
 
 def _line(label: str, colour: str, dash: tuple[float, ...] | None = None) -> Any:

@@ -8,6 +8,10 @@ REGION = palette.ADAPTED
 """Of the landings that can still be saved."""
 
 
+GHOST = "#8a8f98"
+"""Of the second walk."""
+
+
 def rgb(colour: str) -> tuple[int, int, int]:
     """Of "#rrggbb", from 0 to 255."""
     red, green, blue = (int(colour[i : i + 2], 16) for i in (1, 3, 5))

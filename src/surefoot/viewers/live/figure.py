@@ -12,7 +12,7 @@ from surefoot.models.footsteps import Side
 from surefoot.models.robot import Robot
 from surefoot.simulation.glimpse import Glimpse
 from surefoot.viewers import palette
-from surefoot.viewers.live.colours import rgb
+from surefoot.viewers.live.colours import GHOST, rgb
 from surefoot.viewers.live.quaternions import about_z, z_towards
 
 BONE, JOINT = 0.022, 0.032
@@ -60,7 +60,7 @@ class PointFigure:
         self._root = scene.add_frame(name, show_axes=False)
         self._link = LINK * robot.com_height
         see = {"opacity": None if opacity == 1.0 else opacity}
-        dark = rgb("#3b4350" if opacity == 1.0 else "#8a8f98")
+        dark = rgb("#3b4350" if opacity == 1.0 else GHOST)
         self._pelvis = scene.add_box(f"{name}/pelvis", dark, (0.07, robot.hip, 0.05), **see)
         self._soles, self._bones, self._joints = [], [], []
         for side in SIDES:

@@ -14,7 +14,7 @@ from typing import Any
 
 import viser
 
-from surefoot.viewers.live.charts import Charts
+from surefoot.viewers.live.charts import dock_panels
 from surefoot.viewers.live.controls import Controls, Menu
 from surefoot.viewers.live.run import LiveRun, Walk
 from surefoot.viewers.live.server import look_from
@@ -28,9 +28,6 @@ MOST_BEHIND = 0.1
 
 CHART_FRAMES = 4
 """Pictures for one drawing of the charts."""
-
-PANEL = 340
-"""Width of the panels at both sides [pixel]."""
 
 MakeFigureOf = Callable[[Walk], MakeFigure]
 """How a walk is drawn."""
@@ -51,15 +48,8 @@ class LivePage:
     ) -> None:
         self._server, self._run, self._figure_of = server, run, figure_of
         look_from(server)
-        server.gui.configure_theme(show_logo=False, show_share_button=False, dark_mode=False)
         self.controls = Controls(server.gui, run, menu, self._save)
-        server.gui.main_panel.dock_left()
-        server.gui.main_panel.set_width(PANEL)
-        panel = server.gui.add_panel()
-        with panel.add_tab("The last seconds"):
-            self.charts = Charts(server.gui)
-        panel.dock_right()
-        panel.set_width(PANEL)
+        self.charts = dock_panels(server, "The last seconds")
         self.stage = Stage(server.scene, self.controls.layers.shown)
         self._cast, self._frame = -1, 0
         self._charted: float | None = None

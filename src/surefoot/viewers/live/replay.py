@@ -14,9 +14,9 @@ import viser
 from numpy.typing import NDArray
 
 from surefoot.errors import FileError
-from surefoot.viewers.live.charts import Charts
+from surefoot.viewers.live.charts import dock_panels
 from surefoot.viewers.live.layers import Layers
-from surefoot.viewers.live.page import FRAME, PANEL
+from surefoot.viewers.live.page import FRAME, MOST_BEHIND
 from surefoot.viewers.live.run import REMEMBERED
 from surefoot.viewers.live.sample import SAMPLING
 from surefoot.viewers.live.scenes import Scenes
@@ -57,7 +57,6 @@ class ReplayPage:
     def __init__(self, server: viser.ViserServer, scenes: Scenes, figure: MakeFigure) -> None:
         self._server, self._scenes, self._lock = server, scenes, threading.Lock()
         look_from(server)
-        server.gui.configure_theme(show_logo=False, show_share_button=False, dark_mode=False)
         gui, times = server.gui, scenes.rollout.time
         self._sentence = gui.add_html(framed(scenes.sentences[0]))
         with gui.add_folder("Time"):
@@ -74,13 +73,7 @@ class ReplayPage:
         self.play.on_click(lambda _: self._toggle())
         gui.add_command("pause", hotkey="space").on_trigger(lambda _: self._toggle())
         layers = Layers(gui)
-        gui.main_panel.dock_left()
-        gui.main_panel.set_width(PANEL)
-        panel = gui.add_panel()
-        with panel.add_tab("Up to now"):
-            self.charts = Charts(gui)
-        panel.dock_right()
-        panel.set_width(PANEL)
+        self.charts = dock_panels(server, "Up to now")
         self.stage = Stage(server.scene, layers.shown)
         self.stage.cast(scenes.robot, figure, None)
 
@@ -102,7 +95,7 @@ class ReplayPage:
         times, last = self._scenes.rollout.time, time.monotonic()
         while on():
             now = time.monotonic()
-            passed, last = min(now - last, 0.1), now
+            passed, last = min(now - last, MOST_BEHIND), now
             if self.playing:
                 self._go_on(passed * float(self.pace.value), times)
             self.draw()

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
+from surefoot.models.frame_turn import rotated
 from surefoot.simulation.glimpse import Glimpse
 
 SAMPLING = 0.02
@@ -28,14 +28,8 @@ def sample_of(glimpse: Glimpse, decision_time: float) -> Sample:
     zmp = [a - b for a, b in zip(glimpse.floor_zmp, foot, strict=True)]
     return Sample(
         glimpse.time,
-        _along(seen["dcm"] - foot, yaw),
-        _along(zmp, yaw),
+        rotated(seen["dcm"] - foot, -yaw),
+        rotated(zmp, -yaw),
         float(glimpse.command["step_duration"]),
         decision_time,
     )
-
-
-def _along(vector: Any, yaw: float) -> tuple[float, float]:
-    x, y = float(vector[0]), float(vector[1])
-    cosine, sine = math.cos(yaw), math.sin(yaw)
-    return cosine * x + sine * y, cosine * y - sine * x

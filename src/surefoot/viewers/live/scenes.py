@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from surefoot.control.steering import rotated
 from surefoot.errors import SurefootError
+from surefoot.models.frame_turn import rotated
 from surefoot.models.robot import Robot
 from surefoot.planning.nominal_gait import NominalGait, nominal_gait
 from surefoot.simulation.glimpse import Glimpse, glimpse_of

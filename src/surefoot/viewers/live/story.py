@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from surefoot.control.steering import rotated
 from surefoot.models.footsteps import Footstep
+from surefoot.models.frame_turn import rotated
 from surefoot.models.interfaces import Status
 from surefoot.models.pushes import Push
 from surefoot.models.robot import Robot
