@@ -14,7 +14,6 @@ import surefoot as sf
 from figures import Figure, Report
 from rounds import Task
 from step_problems import ROBOT
-from surefoot.simulation.batch import simulate_batch
 
 WALKS = 256
 """Walks of a batch; every one is pushed, no two alike."""
@@ -36,12 +35,11 @@ def batch_figures(report: Report, rounds: int, duration: float, yardstick: Task)
         yardstick: our compiled solve, for the ratio.
     """
     controller = sf.HybridController(sf.load_robot(ROBOT), (0.5, 0.0))
-    pushes = _pushes()
+    # The latest push first: walks that are pushed later could share the way up to there.
+    table = sf.Walks(pushes=_pushes()[::-1])
 
     def walk(workers: int) -> int:
-        results = simulate_batch(
-            controller, pushes, duration, stop_when_settled=False, workers=workers
-        )
+        results = sf.simulate_batch(controller, table, duration, workers=workers)
         return int(results["cycles"].sum())
 
     cycles = walk(2)

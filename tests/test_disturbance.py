@@ -85,7 +85,7 @@ def test_all_loops_walk_alike_to_the_bit(kind: str, helped: bool) -> None:
     walk = sf.simulate(HYBRID, 2.5, [PUSH], **how)
     for controller in (HYBRID, InPython(HYBRID)):
         pushes = [[replace(PUSH, force=(0.0, 0.0))], [PUSH], [PUSH]]
-        results = simulate_batch(controller, pushes, 2.5, stop_when_settled=False, **how)
+        results = simulate_batch(controller, pushes, 2.5, **how)
         assert results["final"][1].tobytes() == walk.observations[-1].tobytes()
         assert results[2].tobytes() == results[1].tobytes()
         assert results["final"][0].tobytes() != results["final"][1].tobytes()
@@ -95,7 +95,7 @@ def test_all_loops_walk_alike_to_the_bit(kind: str, helped: bool) -> None:
 
 def test_threads_change_nothing_and_seeds_do() -> None:
     pushes = [[sf.Push(1.1, 0.2, (force, 0.0))] for force in np.linspace(-300.0, 300.0, 11)]
-    how = {"disturbance": EVERYTHING, "stop_when_settled": False}
+    how = {"disturbance": EVERYTHING}
     one = simulate_batch(HYBRID, pushes, 2.0, workers=1, **how)
     assert simulate_batch(HYBRID, pushes, 2.0, workers=3, **how).tobytes() == one.tobytes()
     how["disturbance"] = replace(EVERYTHING, seed=8)
@@ -195,7 +195,7 @@ def test_a_wrong_height_makes_a_wrong_dcm() -> None:
     for records, omega in ((walk.observations, plant.omega), (walk.seen, ROBOT.omega)):
         made = records["com"] + records["com_velocity"] / omega
         assert records["dcm"] == pytest.approx(made, abs=1e-12)
-    (result,) = simulate_batch(HYBRID, [[PUSH]], 2.0, plant=plant, stop_when_settled=False)
+    (result,) = simulate_batch(HYBRID, [[PUSH]], 2.0, plant=plant)
     assert result["final"].tobytes() == walk.observations[-1].tobytes()
 
 

@@ -50,7 +50,9 @@ def survivals(controller, limit, direction, start, duration, shares) -> np.ndarr
     for share in shares:
         force = share * limit / duration
         pushes.append([sf.Push(start, duration, (direction[0] * force, direction[1] * force))])
-    return simulate_batch(controller, pushes, start + duration + 8.0)["settled"]
+    return simulate_batch(controller, pushes, start + duration + 8.0, stop_when_settled=True)[
+        "settled"
+    ]
 
 
 def settles(speed, acceleration, hip, ankle, duration, phase, angle, v_x, shares) -> np.ndarray:
@@ -316,5 +318,5 @@ def test_a_batch_of_one_is_the_walk(slow_leg: sf.Robot) -> None:
     controller = sf.UnifiedController(slow_leg, (0.5, 0.0))
     push = sf.Push(1.1, 0.2, (400.0, 120.0))
     rollout = sf.simulate(controller, 3.0, [push])
-    one = simulate_batch(controller, [[push]], 3.0, stop_when_settled=False)
+    one = simulate_batch(controller, [[push]], 3.0)
     assert one["final"][0].tobytes() == rollout.observations[-1].tobytes()

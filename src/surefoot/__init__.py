@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from surefoot.control.inverse_dynamics import InverseDynamics
     from surefoot.control.linear_mpc import LinearMpc
     from surefoot.control.preview_control import PreviewControl
+    from surefoot.control.settings import load_settings
     from surefoot.control.step_timing import StepTiming
     from surefoot.control.timing_nlp import TimingNlp
     from surefoot.control.unified import UnifiedController
@@ -50,6 +51,7 @@ if TYPE_CHECKING:
     from surefoot.planning.push_limit import ImpulseLimit, fixed_steps_limit, push_limit
     from surefoot.planning.step_adaptation import solve_step
     from surefoot.planning.step_problem import StepProblem, StepSolution
+    from surefoot.simulation.batch import simulate_batch
     from surefoot.simulation.body_fall import BodyFall
     from surefoot.simulation.body_measures import BodyMeasures, measure_body
     from surefoot.simulation.body_noise import BodyNoise
@@ -63,6 +65,7 @@ if TYPE_CHECKING:
     from surefoot.simulation.outcome import Fall, Outcome
     from surefoot.simulation.rollout import Rollout, load_rollout
     from surefoot.simulation.simulate import simulate
+    from surefoot.simulation.walks import Walks
     from surefoot.studies.push_recovery import PushLimit, smallest_failing_push
     from surefoot.viewers.body_video import film_walk
 
@@ -80,6 +83,7 @@ _HOMES = {
     "control.hybrid": ("HybridController",),
     "control.inverse_dynamics": ("InverseDynamics",),
     "control.preview_control": ("PreviewControl",),
+    "control.settings": ("load_settings",),
     "control.step_timing": ("StepTiming",),
     "control.timing_nlp": ("TimingNlp",),
     "control.unified": ("UnifiedController",),
@@ -108,6 +112,7 @@ _HOMES = {
     "planning.push_limit": ("ImpulseLimit", "fixed_steps_limit", "push_limit"),
     "planning.step_adaptation": ("solve_step",),
     "planning.step_problem": ("StepProblem", "StepSolution"),
+    "simulation.batch": ("simulate_batch",),
     "simulation.body_fall": ("BodyFall",),
     "simulation.body_measures": ("BodyMeasures", "measure_body"),
     "simulation.body_noise": ("BodyNoise",),
@@ -121,6 +126,7 @@ _HOMES = {
     "simulation.outcome": ("Fall", "Outcome"),
     "simulation.rollout": ("Rollout", "load_rollout"),
     "simulation.simulate": ("simulate",),
+    "simulation.walks": ("Walks",),
     "studies.push_recovery": ("PushLimit", "smallest_failing_push"),
     "viewers.body_video": ("film_walk",),
 }
@@ -191,6 +197,7 @@ __all__ = [
     "UnifiedController",
     "VelocityError",
     "ViableOffsets",
+    "Walks",
     "__version__",
     "body_control",
     "body_controller",
@@ -203,11 +210,13 @@ __all__ = [
     "load_multibody",
     "load_robot",
     "load_rollout",
+    "load_settings",
     "measure_body",
     "nominal_gait",
     "preset_names",
     "push_limit",
     "simulate",
+    "simulate_batch",
     "simulate_body",
     "smallest_failing_push",
     "solve_step",

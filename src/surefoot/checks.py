@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import difflib
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from importlib import import_module
 from pathlib import Path
 from tempfile import TemporaryFile
@@ -29,6 +30,12 @@ def optional_module(name: str, purpose: str, extra: str) -> Any:
         if error.name != name.partition(".")[0]:
             raise
         raise MissingExtraError(purpose, extra) from error
+
+
+def closest(name: str, known: Iterable[str], otherwise: str) -> str:
+    """What to do about a name that is not known: the one that was perhaps meant, or `otherwise`."""
+    close = difflib.get_close_matches(name, known, n=1)
+    return f"did you mean `{close[0]}`?" if close else otherwise
 
 
 def check_number(

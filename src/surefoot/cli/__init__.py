@@ -13,9 +13,12 @@ from surefoot.cli.compare import compare
 from surefoot.cli.gentleness import gentleness
 from surefoot.cli.limits import limits
 from surefoot.cli.live import live
+from surefoot.cli.push_map import push_map
 from surefoot.cli.replay import replay
 from surefoot.cli.reproduce import reproduce
 from surefoot.cli.robots import robots
+from surefoot.cli.sweep import sweep
+from surefoot.cli.tune import tune
 from surefoot.cli.walk import walk
 from surefoot.errors import SurefootError
 from surefoot.version import VERSION
@@ -41,5 +44,7 @@ def main() -> None:
     """Make a biped walk, and keep walking when it is pushed."""
 
 
-for command in (walk, live, replay, robots, limits, reproduce, compare, gentleness):
+for command in (
+    walk, live, replay, robots, limits, reproduce, compare, push_map, gentleness, sweep, tune,
+):  # fmt: skip
     main.add_command(command)

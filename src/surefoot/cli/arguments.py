@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import json
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Any
 
 import click
+
+from surefoot.errors import ParameterError
 
 robot_option = click.option(
     "--robot",
@@ -16,6 +19,12 @@ robot_option = click.option(
     show_default=True,
     metavar="NAME|FILE.toml",
     help="A preset (see `surefoot robots`) or your own file.",
+)
+settings_option = click.option(
+    "--settings",
+    type=click.Path(path_type=Path),
+    metavar="FILE.toml",
+    help="Controller and parameters from a file, such as `surefoot tune` writes.",
 )
 json_option = click.option("--json", "as_json", is_flag=True, help="Print JSON instead of a table.")
 
@@ -59,6 +68,38 @@ def given(name: str) -> bool:
     return source is not click.core.ParameterSource.DEFAULT
 
 
+def read_settings(path: Path | None, controller: str) -> tuple[str, dict[str, Any]]:
+    """Controller and parameters of a command: from a file if there is one.
+
+    Raises:
+        FileError: the file cannot be read.
+        ParameterError: it is wrong, or --controller is given too.
+    """
+    if path is None:
+        return controller, {}
+    if given("controller"):
+        raise ParameterError(
+            "--settings alone: it names the controller", "--controller too", "leave one of them out"
+        )
+    from surefoot.control.settings import load_settings
+
+    chosen = load_settings(path)
+    return chosen.controller, dict(chosen.parameters)
+
+
 def print_json(values: dict[str, Any]) -> None:
     """Print values for machines; a number that JSON has no word for is a defect."""
     click.echo(json.dumps(values, indent=2, allow_nan=False))
+
+
+@contextmanager
+def progress_bar(what: str) -> Iterator[Callable[[int, int], None]]:
+    """A bar on standard error, from what is there already to all that is wanted."""
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
+    from rich.progress import TimeRemainingColumn as Left
+
+    columns = (TextColumn(what), BarColumn(), MofNCompleteColumn(), Left())
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task("cells", total=None)
+        yield lambda done, total: bar.update(task, completed=done, total=total)

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from surefoot.cli.arguments import check_plotting, given, json_option, print_json
+from surefoot.cli.arguments import check_plotting, given, json_option, print_json, progress_bar
 from surefoot.cli.body_study import INCOMPLETE, STOPPED
 from surefoot.cli.compare_body import (
     BODY_STEP,
@@ -137,7 +135,7 @@ def compare(
             walks = WalkQuestion(
                 robots, velocity, methods, disturbances, seeds, duration, workers, out
             )
-            sys.exit(compare_walks(walks, _progress, as_json))
+            sys.exit(compare_walks(walks, progress_bar, as_json))
         question = BodyQuestion(
             robots,
             velocity,
@@ -149,7 +147,7 @@ def compare(
             workers,
             out,
         )
-        sys.exit(compare_bodies(question, _progress, as_json))
+        sys.exit(compare_bodies(question, progress_bar, as_json))
     check_plotting()
     (robot,) = robots
     body = load_robot(robot) if mass is None else load_robot(robot).replace(mass=mass)
@@ -194,7 +192,7 @@ def _compare(protocol: Protocol, out: Path, workers: int, as_json: bool) -> int:
     from surefoot.studies.compare import compare_methods
 
     try:
-        with _progress("measuring") as report:
+        with progress_bar("measuring") as report:
             result = compare_methods(protocol, out, workers=workers, report=report)
     except KeyboardInterrupt:
         click.echo(
@@ -243,16 +241,3 @@ def _show_budget(result: Any, out: Path, as_json: bool) -> None:
         return
     print_budget(measured, Console())
     click.echo(f"\ntable: {out / TABLE}, report: {files[0]}, picture: {files[1]}")
-
-
-@contextmanager
-def _progress(what: str) -> Iterator[Callable[[int, int], None]]:
-    """A bar on standard error, from what is there already to all that is wanted."""
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
-    from rich.progress import TimeRemainingColumn as Left
-
-    columns = (TextColumn(what), BarColumn(), MofNCompleteColumn(), Left())
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task("cells", total=None)
-        yield lambda done, total: bar.update(task, completed=done, total=total)

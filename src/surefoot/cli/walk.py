@@ -16,7 +16,9 @@ from surefoot.cli.arguments import (
     given,
     json_option,
     print_json,
+    read_settings,
     robot_option,
+    settings_option,
 )
 from surefoot.cli.walk_body import BodyWalk, World, refuse_others, walk_body
 from surefoot.errors import ParameterError
@@ -82,6 +84,7 @@ OPTION_OF = {"project_zmp": "--unprojected", "double_support": "--double-support
     metavar="METHOD",
     help=f"What decides: {', '.join(METHODS)}.",
 )
+@settings_option
 @click.option(
     "--simulator",
     type=click.Choice(["lipm", "mujoco"]),
@@ -221,7 +224,7 @@ OPTION_OF = {"project_zmp": "--unprojected", "double_support": "--double-support
 @json_option
 def walk(
     robot: str, velocity: tuple[float, float], changes: tuple[str, ...],
-    footholds: Path | None, controller: str, simulator: str, duration: float,
+    footholds: Path | None, controller: str, settings: Path | None, simulator: str, duration: float,
     pushes: tuple[str, ...], leg_speed: float | None, leg_acceleration: float | None,
     double_support: float, unprojected: bool, truth: bool, turning: float,
     stand_at: float | None, friction: float, payload: float, mass_error: float, bumps: float,
@@ -240,16 +243,17 @@ def walk(
     forces = [parse_push(text) for text in pushes]
     velocities = [(time, (x, y)) for x, y, time in map(parse_change, changes)]
     refuse_others(simulator)
+    controller, parameters = read_settings(settings, controller)
     if simulator == "mujoco":
         body_walk = BodyWalk(
-            robot, controller, velocity if given("velocity") else BODY_VELOCITY, velocities,
+            robot, controller, parameters,
+            velocity if given("velocity") else BODY_VELOCITY, velocities,
             duration if given("duration") else BODY_DURATION, forces, leg_speed, leg_acceleration,
             truth, turning, stand_at, World(friction, payload, mass_error, bumps, delay, seed),
             plot, video, save,
         )  # fmt: skip
         walk_body(body_walk, as_json)
     _check_outputs([plot, decision_plot], save)
-    parameters: dict[str, Any] = {}
     if unprojected:
         parameters["project_zmp"] = False
     if double_support != 0.0:
@@ -298,7 +302,7 @@ def _controller(
     from surefoot.control.methods import METHODS as ALL
     from surefoot.control.methods import method
 
-    for parameter in parameters:
+    for parameter in OPTION_OF.keys() & parameters:
         able = [one.key for one in ALL if parameter in {f.name for f in fields(one.make)}]
         if name not in able:
             raise ParameterError(
@@ -313,7 +317,7 @@ def _foothold_controller(path: Path, robot: Robot, **parameters: Any) -> Control
     from surefoot.control.foothold_tracking import FootholdTracking
     from surefoot.models.footholds import load_footholds
 
-    for name in ("velocity", "changes", "controller"):
+    for name in ("velocity", "changes", "controller", "settings"):
         if given(name):
             raise ParameterError(
                 "--footholds alone: they say where and when to step",

@@ -83,6 +83,7 @@ class BodyWalk:
 
     robot: str
     controller: str
+    parameters: dict[str, Any]
     velocity: tuple[float, float]
     changes: list[tuple[float, tuple[float, float]]]
     duration: float
@@ -163,7 +164,8 @@ def make_control(walk: BodyWalk) -> BodyControl:
     believed = walking_robot(multibody).with_leg(
         max_speed=walk.leg_speed, max_acceleration=walk.leg_acceleration
     )
-    return body_control(body_controller(walk.controller, believed, walk.velocity), multibody)
+    brain = body_controller(walk.controller, believed, walk.velocity, **walk.parameters)
+    return body_control(brain, multibody)
 
 
 def route_of(walk: BodyWalk) -> list[tuple[float, Steering]]:

@@ -41,13 +41,13 @@ LAST_CYCLE = 1e-6
 _UNREACHABLE = int(Status.UNREACHABLE)
 
 
-@njit
+@njit(forceinline=True)
 def _is_sound(value: float) -> bool:
     # A comparison with a NaN is false.
     return abs(value) < LARGEST_MAGNITUDE
 
 
-@njit
+@njit(forceinline=True)
 def is_usable(observation) -> bool:
     """Whether everything that a controller reads is a number of this world, and a foot stands."""
     sound = _is_sound(observation.elapsed) and _is_sound(observation.time)
@@ -62,16 +62,32 @@ def is_usable(observation) -> bool:
     return sound and abs(observation.support_side) == 1
 
 
-@njit
+@njit(forceinline=True)
 def growth_since_touchdown(omega: float, elapsed: float) -> float:
     """e^(omega t), for a robot that stands and stands too: it stays finite."""
     return math.exp(min(omega * elapsed, LARGEST_EXPONENT))
 
 
-@njit
+@njit(forceinline=True)
 def side_index(support_side: int) -> int:
     """Row of a per-side table: 0 for the right foot on the ground, 1 for the left."""
     return 0 if support_side > 0 else 1
+
+
+@njit(forceinline=True)
+def is_surely_slow(swing, position, velocity, acceleration, landing, left) -> bool:
+    """Whether the control points of the smooth way keep the limits: then all of the way does.
+
+    A polynomial lies within the hull of its control points. With P those of the quintic, those of
+    its velocity are 5 (P' - P) / R and those of its acceleration 4 (V' - V) / R.
+    """
+    speed, most = swing.max_speed, swing.max_acceleration
+    first = velocity + 0.25 * acceleration * left
+    way = landing - position - left * (0.4 * velocity + 0.05 * acceleration * left)
+    second = 5.0 * way / left
+    rising, falling = 4.0 * (second - first) / left, 4.0 * second / left
+    slow = abs(velocity) <= speed and abs(first) <= speed and abs(second) <= speed
+    return slow and abs(acceleration) <= most and abs(rising) <= most and abs(falling) <= most
 
 
 @njit
@@ -80,6 +96,8 @@ def is_too_fast(swing, position, velocity, acceleration, landing, left) -> bool:
     speed = swing.max_speed * (1.0 + LIMIT_TOLERANCE)
     most = swing.max_acceleration * (1.0 + LIMIT_TOLERANCE)
     if speed == math.inf and most == math.inf:
+        return False
+    if is_surely_slow(swing, position, velocity, acceleration, landing, left):
         return False
     for k in range(SAMPLES):
         _, then, change = quintic(
@@ -90,7 +108,7 @@ def is_too_fast(swing, position, velocity, acceleration, landing, left) -> bool:
     return False
 
 
-@njit
+@njit(forceinline=True)
 def _move_over_ground(swing, observation, previous, new_step, left, command):
     """Write x and y of the swing foot; flag a landing that the leg cannot reach."""
     for i in range(2):
@@ -115,7 +133,7 @@ def _move_over_ground(swing, observation, previous, new_step, left, command):
         ) = quintic(foot, velocity, acceleration, landing, 0.0, left, swing.period)
 
 
-@njit
+@njit(forceinline=True)
 def _move_up_and_down(swing, left, phase, command):
     """Write z of the swing foot, from the phase of its flight one period on."""
     if phase[1] == 0.0:
@@ -128,7 +146,7 @@ def _move_up_and_down(swing, left, phase, command):
     ) = height(phase[0], phase[1], phase[2], swing.height, swing.descent)
 
 
-@njit
+@njit(forceinline=True)
 def _stand(location_x, location_y, down, command):
     """Write a swing foot that is on the ground, or arrives there."""
     command.swing_foot[0], command.swing_foot[1] = location_x, location_y
@@ -138,7 +156,7 @@ def _stand(location_x, location_y, down, command):
     command.swing_foot_velocity[2] = -down
 
 
-@njit
+@njit(forceinline=True)
 def command_swing(
     swing, observation, in_the_air, landing_yaw, previous, phase, new_step, command
 ) -> None:

@@ -67,7 +67,7 @@ def observing(omega: float, period: float) -> tuple[float, float, list[float], f
     return omega, period, follow, -math.expm1(-period / NOISE_TIME)
 
 
-@njit
+@njit(forceinline=True)
 def _answer(parameters, observer, axis):
     """The fastest estimate that is sure."""
     for k in range(_COUNT):
@@ -79,7 +79,7 @@ def _answer(parameters, observer, axis):
     return 0.0
 
 
-@njit
+@njit(forceinline=True)
 def observe_push(parameters, last, observation, observer):
     """Write the estimates of this cycle.
 
@@ -114,7 +114,7 @@ def observe_push(parameters, last, observation, observer):
         observer.force[i] = _answer(parameters, observer, i)
 
 
-@njit
+@njit(forceinline=True)
 def remember(observation, zmp, observer):
     """Keep what the next cycle compares with: when and where the DCM was, and the ZMP from now."""
     observer.time, observer.seen = observation.time, 1

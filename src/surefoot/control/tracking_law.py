@@ -108,7 +108,7 @@ def begin_plan(tracking, observation, nominal, plan):
         plan.came_from[i] = observation.swing_foot[i] - observation.support_foot[i]
 
 
-@njit
+@njit(forceinline=True)
 def plan_landing(tracking, observation, plan):
     """Plan the step vector, p_next = dcm_plan(T) - d_nom, and the transition that ends the step.
 
@@ -129,7 +129,7 @@ def plan_landing(tracking, observation, plan):
         plan.closing = 1
 
 
-@njit
+@njit(forceinline=True)
 def follow_plan(tracking, observation, growth, plan, command) -> float:
     """Write planned DCM and ZMP into the command; return how far the DCM is from its plan [m]."""
     elapsed, omega = observation.elapsed, tracking.omega
@@ -164,7 +164,7 @@ def follow_plan(tracking, observation, growth, plan, command) -> float:
     )
 
 
-@njit
+@njit(forceinline=True)
 def track(tracking, observation, plan, command):
     """Move the planned ZMP to where it makes the DCM return, and write landing and timing."""
     foot, half = observation.support_foot, tracking.half_foot

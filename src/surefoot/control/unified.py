@@ -39,11 +39,12 @@ from surefoot.errors import VelocityError
 from surefoot.models.footsteps import Side
 from surefoot.models.interfaces import OBSERVATION, Command, Observation
 from surefoot.models.leg import time_to
-from surefoot.models.record import new_array
+from surefoot.models.record import copy_array, new_array
 from surefoot.models.robot import Robot
 from surefoot.models.viable_displacement import viable_displacement
+from surefoot.planning.anticipation import margin
 from surefoot.planning.landing import decide_landing
-from surefoot.planning.landing_problem import Decision, landing_parameters
+from surefoot.planning.landing_problem import DECISION, Decision, landing_parameters
 from surefoot.planning.nominal_gait import NominalGait, nominal_gait
 
 
@@ -89,6 +90,16 @@ def unified_cycle(parameters, state, observation, next_state):
 @njit
 def _unified_step(parameters, state, observation, next_state):
     unified_cycle(parameters[0], state[0], observation[0], next_state[0])
+
+
+@njit
+def _margin(parameters, state, decision):
+    decision[0].margin = margin(parameters[0].landing, state[0].situation)
+
+
+@cache
+def _compiled_margin() -> Callable[..., None]:
+    return entry_point(_margin, UNIFIED, UNIFIED_STATE, DECISION)
 
 
 @cache
@@ -227,7 +238,9 @@ class UnifiedController:
 
     def decision(self, state: NDArray[np.void]) -> Decision:
         """What was decided in the cycle that led to this state, with margin and active limits."""
-        return Decision.of(state["decision"])
+        decision = copy_array(state["decision"])
+        _compiled_margin()(self.parameters, state, decision)
+        return Decision.of(decision)
 
     def first_observation(self, support_side: Side | None = None) -> Observation:
         """What a robot on the nominal gait observes at a touchdown; right foot first by default."""

@@ -14,7 +14,7 @@ from surefoot.control.cycle import LARGEST_EXPONENT
 from surefoot.control.push_observer import OBSERVING, PUSH_OBSERVER
 from surefoot.control.tracking_law import PLAN, TRACKING
 from surefoot.models.interfaces import COMMAND, Mode, Status
-from surefoot.planning.anticipation import margin, saved_share
+from surefoot.planning.anticipation import saved_share
 from surefoot.planning.landing_place import excess_at, soft_error
 from surefoot.planning.landing_problem import DECISION, LANDING, SITUATION, Limit
 from surefoot.planning.support_polygon import nearest_under_foot
@@ -80,17 +80,16 @@ def assess(parameters, observation, plan, last_duration, force, situation, decis
     latest = max(landing.longest, soonest)
     situation.elapsed, situation.tau_ref = elapsed, plan.growth
     situation.tau_min, situation.tau_max = math.exp(omega * soonest), math.exp(omega * latest)
-    earliest, left = soonest - elapsed, latest - elapsed
-    decision.margin = margin(landing, situation, earliest, left)
+    situation.earliest, situation.latest = soonest - elapsed, latest - elapsed
     push_x = mirror(observation.support_side, 0) * force[0] * parameters.anticipation
     push_y = mirror(observation.support_side, 1) * force[1] * parameters.anticipation
-    share = saved_share(landing, situation, push_x, push_y, earliest, left)
+    share = saved_share(landing, situation, push_x, push_y)
     decision.share = share
     situation.anticipated[0] = situation.offset[0] + share * push_x
     situation.anticipated[1] = situation.offset[1] + share * push_y
 
 
-@njit
+@njit(forceinline=True)
 def needed_zmp(landing, situation, axis, growth, place):
     """The interval in which the ZMP has to stay for the reserve to be kept, inside the sole [m].
 
@@ -112,7 +111,7 @@ def needed_zmp(landing, situation, axis, growth, place):
     return low, high
 
 
-@njit
+@njit(forceinline=True)
 def gentle_range(parameters, situation, axis, growth, decision):
     """How far the ZMP may move while nothing is in danger [m].
 
@@ -125,7 +124,7 @@ def gentle_range(parameters, situation, axis, growth, decision):
     return min(gentle, landing.zmp_reach[axis])
 
 
-@njit
+@njit(forceinline=True)
 def place_zmp(parameters, observation, situation, decision, command):
     """Write ZMP and expected offset: follow the plan gently, or as the reserve demands."""
     tracking, landing = parameters.tracking, parameters.landing
@@ -154,7 +153,7 @@ def place_zmp(parameters, observation, situation, decision, command):
         command.dcm_offset[i] = side * (at_end - decision.step[i])
 
 
-@njit
+@njit(forceinline=True)
 def command_landing(landing, observation, plan, decision, command):
     """Write place and time of the landing, and whether they are those of the plan."""
     duration = plan.step_duration

@@ -14,7 +14,7 @@ REACH_TOLERANCE = 1e-9
 """A place no further out of reach than this is reached [m]."""
 
 
-@njit
+@njit(forceinline=True)
 def furthest(velocity: float, time: float, speed: float, acceleration: float) -> float:
     """The largest displacement along an axis that a foot can have after a time [m].
 
@@ -55,7 +55,7 @@ def time_to(away: float, velocity: float, speed: float, acceleration: float) -> 
     return (fastest - velocity) / acceleration
 
 
-@njit
+@njit(forceinline=True)
 def is_reachable(away: float, velocity: float, time: float, speed: float, acceleration: float):
     """Whether a foot can be `away` from where it is, after a time; arguments as of `furthest`."""
     return (

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import tomllib
 from importlib import resources
 from pathlib import Path
@@ -10,6 +9,7 @@ from typing import Any, get_args
 
 import msgspec
 
+from surefoot.checks import closest
 from surefoot.errors import RobotError
 from surefoot.models.body import Body
 from surefoot.models.gait import GaitLimits
@@ -224,11 +224,10 @@ def _reject_unknown_keys(table: dict[str, Any], struct: type, origin: str, path:
     for key, value in table.items():
         where = f"{path}{key}"
         if key not in fields:
-            close = difflib.get_close_matches(key, fields, n=1)
             raise RobotError(
                 f"one of the keys {', '.join(path + name for name in fields)}",
                 f"unknown key `{where}` in {origin}",
-                f"did you mean `{path}{close[0]}`?" if close else "remove it",
+                closest(where, [path + name for name in fields], "remove it"),
             )
         for nested in get_args(fields[key]) or (fields[key],):
             if (

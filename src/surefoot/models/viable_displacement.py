@@ -45,7 +45,7 @@ _SLACK = 1e-12
 """Fraction of a time limit that rounding may exceed."""
 
 
-@njit
+@njit(forceinline=True)
 def interpolate(values, low: float, spacing: float, landing: float) -> float:
     """A table on even nodes, linear between them and constant beyond its ends.
 

@@ -72,7 +72,7 @@ def worth_after(worth, landing, axis, row, place):
     return left + slope * (place - landing.step_min[axis] - node * spacing), slope
 
 
-@njit
+@njit(forceinline=True)
 def worth_of(landing, situation, axis, sign, time):
     """The largest displacement along `sign` that a landing after a time can save, for c = 0.
 
@@ -162,24 +162,32 @@ def most_saved(landing, situation, push_x, push_y, earliest, latest, enough, rou
 
 
 @njit
-def saved_share(landing, situation, push_x, push_y, earliest, latest):
+def saved_share(landing, situation, push_x, push_y):
     """How much of a displacement that is still to come can be saved: 0 to 1.
 
     Args:
         landing: a `LANDING` record.
-        situation: a `SITUATION` record; reads offset and foot.
+        situation: a `SITUATION` record; reads times, offset and foot.
         push_x, push_y: what the push may still do [m].
-        earliest, latest: least and largest time to the landing [s].
     """
     if push_x == 0.0 and push_y == 0.0:
         return 1.0
+    earliest, latest = situation.earliest, situation.latest
     share = most_saved(landing, situation, push_x, push_y, earliest, latest, 1.0, ROUNDS)
     return min(max(share, 0.0), 1.0)
 
 
 @njit
-def margin(landing, situation, earliest, latest):
-    """The displacement of the DCM along an axis that can still be saved, in the worst case [m]."""
+def margin(landing, situation):
+    """The displacement of the DCM along an axis that can still be saved, in the worst case [m].
+
+    No decision depends on it, so it is found when it is asked for; it takes as long as a decision.
+
+    Args:
+        landing: a `LANDING` record.
+        situation: a `SITUATION` record; reads times, offset and foot.
+    """
+    earliest, latest = situation.earliest, situation.latest
     least = math.inf
     for axis in range(2):
         for k in range(2):

@@ -78,7 +78,7 @@ def tau_slope(landing, situation, tau, decision):
     return total
 
 
-@njit
+@njit(forceinline=True)
 def pressure(landing, situation, axis, growth, value, sign):
     """How what v of a side costs changes with the growth k."""
     offset = sign * situation.anticipated[axis]

@@ -16,7 +16,7 @@ RESOLUTION = 1e-15
 """A step of Newton's method that is no longer is the last [m]."""
 
 
-@njit
+@njit(forceinline=True)
 def soft_error(landing, situation, axis, growth, place):
     """What ZMP and next step cannot take of the error at landing: beyond the dead zone [m]."""
     error = situation.offset[axis] * growth - situation.offset_ref[axis] - place
@@ -24,7 +24,7 @@ def soft_error(landing, situation, axis, growth, place):
     return error - zone if error > zone else (error + zone if error < -zone else 0.0)
 
 
-@njit
+@njit(forceinline=True)
 def excess(landing, situation, axis, growth, place, along, against):
     """v of both sides: how far a landing is outside of what can be saved after it [m].
 
@@ -38,7 +38,7 @@ def excess(landing, situation, axis, growth, place, along, against):
     )
 
 
-@njit
+@njit(forceinline=True)
 def excess_at(landing, situation, axis, growth, place):
     """v of both sides at a landing [m]."""
     along, _ = worth_after(landing.concave_worth, landing, axis, 0, place)
@@ -46,14 +46,14 @@ def excess_at(landing, situation, axis, growth, place):
     return excess(landing, situation, axis, growth, place, along, against)
 
 
-@njit
+@njit(forceinline=True)
 def reserved(landing, axis, growth):
     """How far v has to stay below 0: rho, and what the ZMP could do beyond c_g [m]."""
     spare = landing.zmp_reach[axis] - landing.gentle_zmp[axis]
     return landing.reserve[axis] + spare * (growth - 1.0)
 
 
-@njit
+@njit(forceinline=True)
 def place_slope(landing, situation, axis, growth, place, cell):
     """First and second derivative of an axis's cost in X, with the slopes of Z in one cell."""
     spacing, low = landing.spacing[axis], landing.step_min[axis]
@@ -81,21 +81,21 @@ def place_slope(landing, situation, axis, growth, place, cell):
     return slope, second
 
 
-@njit
+@njit(forceinline=True)
 def place_cell(landing, axis, place):
     """The cell of the tables in which a place lies; the last one holds all beyond it."""
     cell = int((place - landing.step_min[axis]) / landing.spacing[axis])
     return min(max(cell, 0), landing.worth.shape[2] - 2)
 
 
-@njit
+@njit(forceinline=True)
 def end_slope(landing, situation, axis, growth, place):
     """The slope of the cost at an end of the interval."""
     cell = place_cell(landing, axis, place)
     return place_slope(landing, situation, axis, growth, place, cell)[0]
 
 
-@njit
+@njit(forceinline=True)
 def best_place(landing, situation, axis, growth, low, high, guess):
     """The landing that costs an axis least, for one tau.
 

@@ -73,6 +73,8 @@ step begins to take longer than T_min. The largest distance between both is part
 SITUATION = np.dtype(
     [
         ("elapsed", "f8"),
+        ("earliest", "f8"),
+        ("latest", "f8"),
         ("offset", "f8", (2,)),
         ("anticipated", "f8", (2,)),
         ("foot", "f8", (2,)),
@@ -84,8 +86,9 @@ SITUATION = np.dtype(
         ("tau_max", "f8"),
     ],
 )
-"""What is different in each: t [s]; e, e', swing foot, X_ref, d_ref [m], velocity of the foot
-[m/s]; tau_ref and the bounds of tau, tau_min >= e^(omega t)."""
+"""What is different in each: t, and the least and largest time to the landing [s]; e, e', swing
+foot, X_ref, d_ref [m], velocity of the foot [m/s]; tau_ref and the bounds of tau, tau_min >=
+e^(omega t)."""
 
 DECISION = np.dtype(
     [

@@ -14,7 +14,7 @@ ARRIVED = 1e-9
 """A phase that exceeds 1 by less than this is the landing, not a foot that waits for it."""
 
 
-@njit
+@njit(forceinline=True)
 def quintic(
     position: float,
     velocity: float,
@@ -51,7 +51,7 @@ def quintic(
     )
 
 
-@njit
+@njit(forceinline=True)
 def next_phase(
     phase: float, rate: float, rate_of_rate: float, left: float, time: float
 ) -> tuple[float, float, float]:
@@ -71,7 +71,7 @@ def next_phase(
     return quintic(phase, rate, rate_of_rate, 1.0, (1.0 - phase) / left, left, time)
 
 
-@njit
+@njit(forceinline=True)
 def height(
     phase: float, rate: float, rate_of_rate: float, apex: float, descent: float
 ) -> tuple[float, float, float]:

@@ -7,6 +7,8 @@ that was saved long ago can still be had, and a walk costs no memory for what no
 
 from __future__ import annotations
 
+from typing import Protocol, runtime_checkable
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -14,8 +16,17 @@ from surefoot.errors import ParameterError
 from surefoot.models.footsteps import Side
 from surefoot.models.interfaces import Controller, Observation
 from surefoot.models.record import stack
-from surefoot.planning.landing_problem import DECISION
+from surefoot.planning.landing_problem import DECISION, Decision
 from surefoot.simulation.rollout import Rollout
+
+
+@runtime_checkable
+class Decider(Controller, Protocol):
+    """A controller that tells what it decided."""
+
+    def decision(self, state: NDArray[np.void]) -> Decision:
+        """What was decided in the cycle that led to this state."""
+        ...
 
 
 def decisions(controller: Controller, rollout: Rollout) -> NDArray[np.void]:
@@ -34,7 +45,7 @@ def decisions(controller: Controller, rollout: Rollout) -> NDArray[np.void]:
             commands differ.
     """
     state = controller.start(controller.first_observation(Side(int(rollout.support_side[0]))))
-    if "decision" not in (state.dtype.names or ()) or state.dtype["decision"] != DECISION:
+    if not isinstance(controller, Decider):
         raise ParameterError(
             "a controller that keeps its decisions (UnifiedController)",
             type(controller).__name__,
@@ -54,5 +65,5 @@ def decisions(controller: Controller, rollout: Rollout) -> NDArray[np.void]:
                 f"one that decides otherwise at {time:.3f} s",
                 "make it with the same robot, velocity and parameters",
             )
-        found.append(state["decision"])
+        found.append(controller.decision(state).array)
     return stack(found, DECISION)

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from copy import copy
 from dataclasses import dataclass, field
 from functools import cache
 
@@ -290,6 +291,13 @@ class LipmSimulator:
     def kernel(self) -> Callable[..., None]:
         """The compiled cycle over records."""
         return lipm_cycle
+
+    def pushed_by(self, records: NDArray[np.void]) -> LipmSimulator:
+        """A copy under other pushes, which are `PUSH` records already, shape (pushes,)."""
+        other = copy(self)
+        object.__setattr__(other, "pushes", ())
+        object.__setattr__(other, "push_array", records)
+        return other
 
     def start(self, observation: Observation) -> NDArray[np.void]:
         """The world that looks like this observation; its DCM is that of this robot's pendulum."""

@@ -6,8 +6,8 @@ push, and fork there.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import replace
+import math
+from collections.abc import Callable
 from functools import cache
 from typing import NamedTuple
 
@@ -15,13 +15,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from surefoot.compiling import entry_point, njit
-from surefoot.models.interfaces import COMMAND, Command, Observation
-from surefoot.models.pushes import Push
+from surefoot.models.interfaces import COMMAND, OBSERVATION, Command, Observation
 from surefoot.models.record import copy_array, new_array
 from surefoot.simulation.lipm_simulator import LIPM_WORLD, LipmSimulator
 from surefoot.simulation.outcome import MONITOR
-from surefoot.simulation.progress import PROGRESS, see
+from surefoot.simulation.progress import PROGRESS, WALK_RESULT, finish, see
 from surefoot.simulation.senses import Senses
+from surefoot.simulation.walks import first_starts, last_ends
 
 
 @njit
@@ -29,25 +29,35 @@ def _see(monitor, world, command, progress):
     see(monitor[0], world[0], command[0], progress[0])
 
 
+@njit
+def _finish(progress, observation, result):
+    finish(progress[0], observation[0], result[0])
+
+
 @cache
 def _compiled() -> Callable[..., None]:
     return entry_point(_see, MONITOR, LIPM_WORLD, COMMAND, PROGRESS)
 
 
+@cache
+def _compiled_finish() -> Callable[..., None]:
+    return entry_point(_finish, PROGRESS, OBSERVATION, WALK_RESULT)
+
+
 def walk_in_python(
     simulator: LipmSimulator,
     senses: Senses,
-    pushes: Sequence[Sequence[Push]],
+    pushes: NDArray[np.void],
     observation: Observation,
     progress: NDArray[np.void],
     results: NDArray[np.void],
 ) -> None:
-    """One walk for each list of pushes, all from the same start.
+    """One walk for each row of pushes, all from the same start.
 
     Args:
         simulator: moves the world; without pushes.
         senses: what the controller, which it names, is told of it.
-        pushes: of each walk.
+        pushes: `PUSH` records, shape (walks, pushes).
         observation: the first one.
         progress: a `PROGRESS` record of walks that have not begun, not changed.
         results: `WALK_RESULT` records, written.
@@ -56,15 +66,21 @@ def walk_in_python(
     begin = _Loop(
         state, simulator.start(observation), new_array(MONITOR), senses.start(), new_array(COMMAND)
     )
-    first = min((push.start for row in pushes for push in row), default=0.0)
-    before, so_far = _walk(simulator, senses, begin, copy_array(progress), until=first)
-    for row, result in zip(pushes, results, strict=True):
-        pushed = replace(simulator, pushes=row)
-        end, seen = _walk(pushed, senses, before, copy_array(so_far))
-        final = end.world["observation"]
-        result["end_time"], result["cycles"] = final["time"][0], seen["cycles"][0]
-        result["fallen"], result["settled"] = seen["fallen"][0], seen["settled"][0]
-        result["final"] = final[0]
+    firsts, quiet = first_starts(pushes), last_ends(pushes)
+    trunk, so_far = begin, copy_array(progress)
+    first = float(firsts.min(initial=math.inf))
+    if math.isfinite(first):
+        so_far["quiet_time"] = first
+        trunk = _walk(simulator, senses, begin, so_far, until=first)
+    for i, row in enumerate(pushes):
+        # A walk that nothing pushes is judged from its start.
+        pushed = math.isfinite(firsts[i])
+        end, seen = (trunk, copy_array(so_far)) if pushed else (begin, copy_array(progress))
+        seen["quiet_time"] = quiet[i]
+        if not seen["ended"][0]:
+            end = _walk(simulator.pushed_by(row), senses, end, seen)
+        final = copy_array(end.world["observation"])
+        _compiled_finish()(seen, final, results[i : i + 1])
 
 
 class _Loop(NamedTuple):
@@ -83,7 +99,7 @@ def _walk(
     begin: _Loop,
     progress: NDArray[np.void],
     until: float | None = None,
-) -> tuple[_Loop, NDArray[np.void]]:
+) -> _Loop:
     """Walk to the end, or as long as every cycle is over before `until`; writes `progress`."""
     controller = senses.controller
     state, world, monitor = begin.state, begin.world, copy_array(begin.monitor)
@@ -96,4 +112,4 @@ def _walk(
             break
         state, sensed, command = next_state, next_sensed, answer
         _, world = simulator.step(world, command)
-    return _Loop(state, world, monitor, sensed, command.array), progress
+    return _Loop(state, world, monitor, sensed, command.array)

@@ -29,7 +29,6 @@ from surefoot.studies.body_push import controller_of, measure, mechanism_of
 from surefoot.studies.cell_work import (
     Failure,
     Report,
-    check_workers,
     run_cells,
     study_as_numbers,
 )
@@ -87,11 +86,10 @@ def compare_on_body(
     Raises:
         ParameterError: no workers.
         FileError: the folder cannot be written to, or holds rows of another study.
-        StudyError: nothing could be measured, or a worker was killed.
+        StudyError: nothing could be measured.
         MissingExtraError: joblib, polars, mujoco or daqp is not installed.
         SurefootError: a method cannot control this robot.
     """
-    check_workers(workers)
     for key in protocol.methods:
         controller_of(protocol, key)  # refused now rather than cell by cell
     shards = Shards(folder, protocol.same_for_all() | {"version": VERSION, "sources": stamp()})

@@ -27,7 +27,7 @@ from surefoot.studies.body_compare import machine, robot_hash, stamp
 from surefoot.studies.body_conditions import BODY_CONDITIONS, body_condition
 from surefoot.studies.body_protocol import body_method
 from surefoot.studies.body_push import NO_STEP, STUCK, mechanism_of
-from surefoot.studies.cell_work import Failure, check_workers, run_cells, study_as_numbers
+from surefoot.studies.cell_work import Failure, run_cells, study_as_numbers
 from surefoot.studies.shards import Shards, write_table
 from surefoot.version import VERSION
 
@@ -147,11 +147,10 @@ def walk_disturbed(
     Raises:
         ParameterError: no workers.
         FileError: the folder cannot be written to, or holds rows of another study.
-        StudyError: nothing could be measured, or a worker was killed.
+        StudyError: nothing could be measured.
         MissingExtraError: joblib, polars, mujoco or daqp is not installed.
         SurefootError: a method cannot control this robot.
     """
-    check_workers(workers)
     believed = walking_robot(mechanism_of(protocol.robot))
     for key in protocol.methods:
         body_method(key).make(believed, protocol.velocity)  # refused now, not walk by walk

@@ -3,23 +3,26 @@
 from __future__ import annotations
 
 import math
-import multiprocessing
-import signal
 import time
 import traceback
-from collections.abc import Callable, Iterator, Mapping
-from concurrent.futures.process import BrokenProcessPool
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, fields
-from typing import Any
+from itertools import islice
+from typing import Any, TypeVar
 
-from surefoot.checks import optional_module
-from surefoot.errors import ParameterError, StudyError, SurefootError
+from surefoot.errors import SurefootError
 from surefoot.studies.shards import Shards
+from surefoot.studies.workers import Processes, Workers, all_results
+
+T = TypeVar("T")
 
 Row = dict[str, Any]
 
 Measure = Callable[[Any, Any], Row]
 """Makes a row of a protocol and one of its cells."""
+
+MeasureMany = Callable[[Any, Sequence[Any]], "list[Row | str]"]
+"""The same for several cells at once; text for one that cannot be measured."""
 
 Report = Callable[[int, int], None]
 """Called with the number of cells that are there, and that of all."""
@@ -48,23 +51,13 @@ def study_as_numbers(study: Any) -> dict[str, Any]:
     return asdict(study) | {"rows": rows, "failures": failures}
 
 
-def check_workers(workers: int) -> None:
-    """Refuse a study that nobody works on.
-
-    Raises:
-        ParameterError: no workers.
-    """
-    if workers == 0:
-        raise ParameterError("a number of workers", "0", "leave it out for all cores")
-
-
 def run_cells(
     ask: Measure,
     kind: type,
     protocol: Any,
     shards: Shards,
     *,
-    workers: int = -1,
+    workers: int | Workers = -1,
     report: Report | None = None,
 ) -> tuple[list[Row], list[Failure]]:
     """Measure every cell that is not there yet; each is kept as soon as it is done.
@@ -82,7 +75,6 @@ def run_cells(
 
     Raises:
         ParameterError: no workers.
-        StudyError: a worker was killed from outside.
         MissingExtraError: joblib is not installed.
     """
     have = {_key_of(row, kind): row for row in shards.rows}
@@ -98,13 +90,14 @@ def _key_of(row: Row, kind: type) -> tuple[Any, ...]:
 
 
 def measure_missing(
-    measure: Measure,
+    measure: Measure | MeasureMany,
     protocol: Any,
     cells: Mapping[Any, Any],
     have: dict[Any, Row],
     shards: Shards,
     *,
-    workers: int,
+    workers: int | Workers,
+    at_once: int | None = None,
     keep_every: float = 0.0,
     report: Report | None = None,
 ) -> list[Failure]:
@@ -116,7 +109,9 @@ def measure_missing(
         cells: all that are wanted, by key, in the order in which they are begun.
         have: rows that are there, by key; those that are measured are added.
         shards: keeps the rows.
-        workers: processes, -1 for all cores.
+        workers: processes, -1 for all cores; or who works instead.
+        at_once: give `measure` up to so many cells, and it answers with a row, or the reason why
+            there is none, for each; None for one cell and one row.
         keep_every: a finished cell waits no longer than this to be written to disk [s].
         report: told how far it is.
 
@@ -125,57 +120,64 @@ def measure_missing(
 
     Raises:
         ParameterError: no workers.
-        StudyError: a worker was killed from outside.
+        StudyError: a cluster was lost.
         MissingExtraError: joblib is not installed.
     """
-    check_workers(workers)
+    who = Processes(workers) if isinstance(workers, int) else workers
     missing = {key: cell for key, cell in cells.items() if key not in have}
-    keys = {cell: key for key, cell in missing.items()}
+    work = _Work(measure, protocol, at_once is not None)
     failures: list[Failure] = []
     fresh: list[Row] = []
     kept, done = time.monotonic(), len(cells) - len(missing)
     if report is not None:
         report(done, len(cells))
+    tasks = dict(enumerate(batched(missing.items(), at_once or 1)))
     try:
-        for cell, result in _parallel(measure, protocol, list(missing.values()), workers):
-            if isinstance(result, str):
-                failures.append(Failure(cell, result))
-            else:
-                fresh.append(result)
-                have[keys[cell]] = result
+        for task, results in all_results(who, work, tasks, _each):
+            answers = [results] * len(task) if isinstance(results, str) else results
+            for (key, cell), result in zip(task, answers, strict=True):
+                if isinstance(result, str):
+                    failures.append(Failure(cell, result))
+                else:
+                    fresh.append(result)
+                    have[key] = result
             if time.monotonic() - kept >= keep_every:
                 shards.add(fresh)
                 fresh, kept = [], time.monotonic()
-            done += 1
+            done += len(task)
             if report is not None:
                 report(done, len(cells))
-    except BrokenProcessPool as error:
-        raise StudyError(
-            "workers that live as long as their study",
-            "one that was killed, perhaps for want of memory",
-            "what is measured is kept: give the same command again, with fewer --workers",
-        ) from error
     finally:
         shards.add(fresh)
     return failures
 
 
-def _measured(measure: Measure, protocol: Any, cell: Any) -> tuple[Any, Row | str]:
-    """`measure` for another process: an error comes back as text, with its cell."""
-    if multiprocessing.parent_process() is not None:
-        # Ctrl-C is for the study, which keeps what it has and ends its workers.
-        signal.signal(signal.SIGINT, signal.SIG_IGN)
-    try:
-        return cell, measure(protocol, cell)
-    except SurefootError as error:
-        return cell, str(error)
-    except Exception:  # whatever it is, the other cells go on and this one is reported
-        return cell, traceback.format_exc()
+@dataclass(frozen=True)
+class _Work:
+    """What is done with some cells in another process: an error comes back as text."""
+
+    measure: Any
+    protocol: Any
+    many: bool
+
+    def __call__(self, task: Sequence[tuple[Any, Any]]) -> list[Row | str] | str:
+        cells = [cell for _, cell in task]
+        try:
+            if self.many:
+                return self.measure(self.protocol, cells)
+            return [self.measure(self.protocol, cell) for cell in cells]
+        except SurefootError as error:
+            return str(error)
+        except Exception:  # whatever it is, the other cells go on and this one is reported
+            return traceback.format_exc()
 
 
-def _parallel(
-    measure: Measure, protocol: Any, cells: list[Any], workers: int
-) -> Iterator[tuple[Any, Row | str]]:
-    joblib = optional_module("joblib", "studies on all cores", "study")
-    jobs = (joblib.delayed(_measured)(measure, protocol, cell) for cell in cells)
-    yield from joblib.Parallel(n_jobs=workers, return_as="generator_unordered")(jobs)
+def _each(task: Sequence[Any]) -> list[Sequence[Any]]:
+    return [(one,) for one in task]
+
+
+def batched(values: Iterable[T], size: int) -> Iterator[tuple[T, ...]]:
+    """Values in tuples of `size`, the last one shorter."""
+    left = iter(values)
+    while some := tuple(islice(left, size)):
+        yield some

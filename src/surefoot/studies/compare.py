@@ -22,7 +22,7 @@ from surefoot.compiling import source_stamp
 from surefoot.control.methods import method
 from surefoot.errors import MissingExtraError, RobotError, StudyError
 from surefoot.models.robot import Robot
-from surefoot.studies.cell_work import Failure, check_workers, measure_missing, without_infinity
+from surefoot.studies.cell_work import Failure, measure_missing, without_infinity
 from surefoot.studies.compare_remarks import remarks
 from surefoot.studies.conditions import condition
 from surefoot.studies.protocol import Cell, Protocol, cell_key, every_method
@@ -98,11 +98,10 @@ def compare_methods(
     Raises:
         ParameterError: no workers.
         FileError: the folder cannot be written to, or holds rows of another study.
-        StudyError: nothing could be measured, or a worker was killed.
+        StudyError: nothing could be measured.
         MissingExtraError: joblib, polars or the library of a method is not installed.
         SurefootError: a method cannot control this robot.
     """
-    check_workers(workers)
     for key in protocol.methods:
         controller_of(protocol, key, protocol.leg_speeds[0])  # refused now rather than cell by cell
     shards = open_shards(protocol, folder)
@@ -158,7 +157,6 @@ def run_comparison(
 
     Raises:
         ParameterError: no workers.
-        StudyError: a worker was killed from outside.
         MissingExtraError: joblib is not installed.
     """
     have = {cell_key(_cell_of(row)): row for row in shards.rows}

@@ -13,6 +13,7 @@ from msgspec import to_builtins
 from surefoot.checks import check_number
 from surefoot.control.methods import METHODS, method
 from surefoot.errors import ParameterError
+from surefoot.models.footsteps import Side
 from surefoot.models.robot import Robot
 from surefoot.planning.nominal_gait import nominal_gait
 from surefoot.planning.push_limit import check_leg
@@ -20,6 +21,19 @@ from surefoot.studies.conditions import UNDISTURBED, condition
 
 PUSHED_STEP = 2
 """The push comes in the third step, as in the paper; it is one on the right foot."""
+
+
+def push_direction(angle: float, support_side: Side) -> tuple[float, float]:
+    """A push's unit vector (x, y) in the world; exact on the axes.
+
+    Args:
+        angle: from forward (0) towards the swing foot (90) [deg].
+        support_side: the foot that stands.
+    """
+    quarter = {0.0: (1.0, 0.0), 90.0: (0.0, 1.0), 180.0: (-1.0, 0.0), 270.0: (0.0, -1.0)}
+    radians = math.radians(angle)
+    x, y = quarter.get(angle, (math.cos(radians), math.sin(radians)))
+    return x, support_side * y + 0.0
 
 
 def every_method() -> tuple[str, ...]:
@@ -152,9 +166,7 @@ class Protocol:
 
         In the pushed step the right foot stands, so outward is to the left.
         """
-        quarter = {0.0: (1.0, 0.0), 90.0: (0.0, 1.0), 180.0: (-1.0, 0.0), 270.0: (0.0, -1.0)}
-        radians = math.radians(angle)
-        return quarter.get(angle, (math.cos(radians), math.sin(radians)))
+        return push_direction(angle, Side.RIGHT)
 
     def same_for_all(self) -> dict[str, Any]:
         """What all cells of one table must have in common, as plain values."""

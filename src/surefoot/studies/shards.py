@@ -41,14 +41,7 @@ class Shards:
 
     def __post_init__(self) -> None:
         polars = optional_module("polars", "tables of studies", "study")
-        check_folder(self.folder)
-        run = self.folder / RUN_FILE
-        # As it comes back from a file: tuples are lists there.
-        common = json.loads(json.dumps(self.common))
-        if run.exists():
-            self._compare(_read_json(run), common, run)
-        else:
-            _write_whole(run, lambda path: path.write_text(json.dumps(common, indent=1) + "\n"))
+        claim_folder(self.folder, self.common)
         (self.folder / "shards").mkdir(exist_ok=True)
         rows: list[dict[str, Any]] = []
         for path in self._files():
@@ -63,15 +56,6 @@ class Shards:
     def _files(self) -> list[Path]:
         return sorted((self.folder / "shards").glob("*.parquet"))
 
-    def _compare(self, there: dict[str, Any], common: dict[str, Any], run: Path) -> None:
-        for name, value in common.items():
-            if there.get(name) != value:
-                raise FileError(
-                    f"a folder of the same study ({name}: {value})",
-                    f"{run} with {name}: {there.get(name)}",
-                    "choose another folder, or delete this one",
-                )
-
     def add(self, rows: Sequence[Mapping[str, Any]]) -> None:
         """Keep more rows; when this returns they are on disk."""
         if not rows:
@@ -82,6 +66,33 @@ class Shards:
         path = self.folder / "shards" / f"{time.time_ns()}-{uuid4().hex[:8]}.parquet"
         _write_whole(path, table.write_parquet)
         self.rows.extend(dict(row) for row in rows)
+
+
+def claim_folder(folder: Path, common: Mapping[str, Any]) -> None:
+    """Keep a folder for one study: say in it what all of it has in common, or compare with that.
+
+    Args:
+        folder: made if it is missing.
+        common: plain values.
+
+    Raises:
+        FileError: the folder cannot be written to, or is that of another study.
+    """
+    check_folder(folder)
+    run = folder / RUN_FILE
+    # As it comes back from a file: tuples are lists there.
+    common = json.loads(json.dumps(common))
+    if not run.exists():
+        _write_whole(run, lambda path: path.write_text(json.dumps(common, indent=1) + "\n"))
+        return
+    there = _read_json(run)
+    for name, value in common.items():
+        if there.get(name) != value:
+            raise FileError(
+                f"a folder of the same study ({name}: {value})",
+                f"{run} with {name}: {there.get(name)}",
+                "choose another folder, or delete this one",
+            )
 
 
 def write_table(rows: Sequence[Mapping[str, Any]], path: Path, notes: Mapping[str, Any]) -> None:

@@ -95,18 +95,18 @@ def compare_page(
         f'<p class="source">{escape(_origin(measured))}</p>',
         _controls(),
         _view(),
-        f"<noscript><p>{escape(table.note)}</p>{_table(table.columns, table.rows)}</noscript>",
+        f"<noscript><p>{escape(table.note)}</p>{words_table(table.columns, table.rows)}</noscript>",
         *(["<h2>Remarks</h2>"] if remarks else []),
         *(f"<p>{escape(remark)}</p>" for remark in remarks),
         "<h2>What was measured, and how</h2>",
         *(f"<p>{escape(text)}</p>" for text in [*protocol(measured), *cautions(measured)]),
         "<h2>The methods</h2>",
-        _table(
+        words_table(
             ("method", "adapts", "what it cannot use", "source"),
             [(m.label, m.adapts, m.cannot, m.source) for m in measured.methods],
         ),
         "<h2>Provenance</h2>",
-        _table(("what", "value"), list(measured.provenance.items())),
+        words_table(("what", "value"), list(measured.provenance.items())),
     ]
     data = embedded(page_data(measured, choice))
     return (
@@ -243,7 +243,8 @@ def _view() -> str:
     )
 
 
-def _table(columns: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+def words_table(columns: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """A table as HTML; the first column heads its rows."""
     head = "".join(f'<th scope="col">{escape(column)}</th>' for column in columns)
     body = "\n".join(
         f'<tr><th scope="row">{escape(first)}</th>'

@@ -16,16 +16,15 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.path import Path as Outline
 from matplotlib.projections.polar import PolarAxes
-from matplotlib.ticker import MaxNLocator
 
 from surefoot.checks import check_writable
 from surefoot.errors import ParameterError
 from surefoot.viewers import palette
 from surefoot.viewers.compare_words import speed_words
-from surefoot.viewers.comparison import DIRECTIONS, Cell, Comparison, choose
-from surefoot.viewers.halo import HALO
+from surefoot.viewers.comparison import Cell, Comparison, choose
 from surefoot.viewers.method_marks import Mark, mark
 from surefoot.viewers.picture_file import marker_path, write_picture
+from surefoot.viewers.polar_rings import draw_rings
 
 FORMATS = (".png", ".pdf", ".svg")
 """The endings that a picture's file may have."""
@@ -183,7 +182,7 @@ def _draw_map(ax: PolarAxes, measured: Comparison, at: _Map, outer: float) -> No
     ax.set_theta_zero_location("N")
     ax.set_rlim(0.0, 1.06 * outer)
     ax.set_title(f"phase {at.phase:.3g}", loc="left", fontsize=9.0, fontweight="bold", pad=13.0)
-    _rings(ax, at)
+    draw_rings(ax, at.limit_near)
     _draw_limits(ax, at)
     # The first method lies on top.
     for index, method in reversed(list(enumerate(measured.methods))):
@@ -197,33 +196,6 @@ def _draw_map(ax: PolarAxes, measured: Comparison, at: _Map, outer: float) -> No
         ax.text(
             0.5, -0.1, f"not measured: {who}", transform=ax.transAxes, ha="center",
             va="top", fontsize=7.0, color=palette.QUIET, gid=f"absent-{at.phase:g}",
-        )  # fmt: skip
-
-
-def _rings(ax: PolarAxes, at: _Map) -> None:
-    ax.spines["polar"].set_visible(False)
-    ax.set_axisbelow(True)
-    ax.grid(color="#dcdcdc", linewidth=0.5)
-    ax.set_thetagrids(list(DIRECTIONS.values()), labels=[""] * len(DIRECTIONS))
-    for (name, angle), turn, place in zip(
-        DIRECTIONS.items(), (0.0, 90.0, 0.0, -90.0), ("bottom", "center", "top", "center"),
-        strict=True,
-    ):  # fmt: skip
-        across = {"outward": "right", "inward": "left"}.get(name, "center")
-        ax.text(
-            math.radians(angle), 1.01 * ax.get_rmax(), name, rotation=turn, va=place, ha=across,
-            fontsize=7.5, color=palette.QUIET, gid=f"direction-{name}",
-        )  # fmt: skip
-    ticks = [tick for tick in MaxNLocator(4).tick_values(0.0, ax.get_rmax()) if tick > 0.0]
-    ticks = [tick for tick in ticks if tick < 0.98 * ax.get_rmax()]
-    ax.set_rgrids(ticks, labels=[""] * len(ticks))
-    # Where there is least to write over.
-    radii = {angle: at.limit_near(angle) for angle in (225.0, 315.0, 135.0, 45.0)}
-    free = math.radians(min(radii, key=radii.__getitem__))
-    for tick in ticks:
-        ax.text(
-            free, tick, f"{tick:g}", fontsize=6.5, color=palette.QUIET,
-            ha="center", va="center", path_effects=HALO, zorder=5.0,
         )  # fmt: skip
 
 

@@ -1,0 +1,163 @@
+"""Run a study: measure its cells wherever there are workers, and keep every row that is done."""
+
+from __future__ import annotations
+
+import hashlib
+import platform
+from collections.abc import Callable
+from dataclasses import dataclass
+from datetime import date
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import numba
+import numpy as np
+
+from surefoot.compiling import source_stamp
+from surefoot.control.methods import method
+from surefoot.models.robot import Robot, load_robot
+from surefoot.studies.cell_work import Failure, Row, measure_missing
+from surefoot.studies.shards import Shards, write_table
+from surefoot.studies.sweep_cell import Sweep, measure_cells
+from surefoot.studies.sweep_sampling import SweepCell, sweep_cells
+from surefoot.studies.sweep_study import Study
+from surefoot.studies.workers import Processes, Workers
+from surefoot.version import VERSION
+
+TABLE = "sweep.parquet"
+"""The name of the table in its folder."""
+
+KEEP_EVERY = 5.0
+"""A finished cell waits no longer than this to be written to disk [s]."""
+
+AT_ONCE = 64
+"""Walks of one task: enough that sending it is nothing beside walking."""
+
+
+@dataclass(frozen=True)
+class SweepTable:
+    """What was measured.
+
+    Attributes:
+        study: the questions.
+        rows: a row for each cell, in the order of the study; see `sweep_cell`.
+        failures: cells that could not be measured.
+        provenance: what the table says of itself.
+    """
+
+    study: Study
+    rows: list[Row]
+    failures: list[Failure]
+    provenance: dict[str, str]
+
+
+def run_sweep(
+    study: Study,
+    folder: Path,
+    *,
+    workers: Workers | None = None,
+    report: Callable[[int, int], None] | None = None,
+) -> SweepTable:
+    """Measure what is missing, and write the table into `folder`/sweep.parquet.
+
+    The rows do not depend on who measures them, nor in which order. Cells that could not be
+    measured are in the table too, with the reason; the same call tries them again.
+
+    Args:
+        study: the questions.
+        folder: keeps the rows; rows of the same study may be there already.
+        workers: who measures, all cores of this machine if None.
+        report: called with the number of cells that are there, and that of all.
+
+    Raises:
+        RobotError: the robot cannot be read.
+        ParameterError: the method cannot be used.
+        FileError: the folder cannot be written to, or holds rows of another study.
+        StudyError: a cluster was lost.
+        MissingExtraError: joblib, polars or the library of a method is not installed.
+    """
+    robot = load_robot(study.robot)
+    workers = workers or Processes()
+    sweep = Sweep(study, robot)
+    # A method that cannot be used at all is refused now rather than cell by cell.
+    compiled = method(study.controller).controller(robot, (0.0, 0.0)).kernel is not None
+    cells = {_key(cell.values): cell for cell in sweep_cells(study)}
+    shards = Shards(folder, _common(study, robot))
+    have = {_key(tuple(row[name] for name in study.vary)): row for row in shards.rows}
+    failures = measure_missing(
+        measure_cells,
+        sweep,
+        cells,
+        have,
+        shards,
+        workers=workers,
+        at_once=AT_ONCE if compiled and study.measure == "walk" else 1,
+        keep_every=KEEP_EVERY,
+        report=report,
+    )
+    errors = {_key(one.cell.values): one.error for one in failures}
+    rows = [have[key] if key in have else _failed(sweep, cell, errors[key])
+            for key, cell in cells.items()]  # fmt: skip
+    about = _provenance(study, robot)
+    write_table(rows, folder / TABLE, {"study": _plain(study), "provenance": about})
+    return SweepTable(study, rows, failures, about)
+
+
+def _key(values: tuple[Any, ...]) -> tuple[Any, ...]:
+    """A cell as a key; its numbers rounded, so that it survives a file."""
+    return tuple(
+        tuple(value) if isinstance(value, list)
+        else float(f"{value:.12g}") if isinstance(value, (int, float)) else value
+        for value in values
+    )  # fmt: skip
+
+
+def _failed(sweep: Sweep, cell: SweepCell, error: str) -> Row:
+    lines = error.strip().splitlines()
+    return {**sweep.row(cell), "outcome": "failed", "error": lines[-1] if lines else error}
+
+
+def _plain(study: Study) -> dict[str, Any]:
+    return msgspec.to_builtins(study)
+
+
+def _common(study: Study, robot: Robot) -> dict[str, Any]:
+    """What all rows of one table must have in common: everything but which values are taken."""
+    asked = {
+        name: value
+        for name, value in _plain(study).items()
+        if name not in ("title", "vary", "samples", "seed", "sampling", "robot")
+    }
+    return {
+        **asked,
+        "varied": list(study.vary),
+        "robot": msgspec.to_builtins(robot),
+        "version": VERSION,
+        "sources": _stamp(),
+    }
+
+
+def _stamp() -> str:
+    """All sources that a row depends on, as a hash: the kernels, and what asks the questions."""
+    digest = hashlib.sha256(source_stamp().encode())
+    for name in ("push_recovery", "sweep_cell", "sweep_parameters", "sweep_sampling"):
+        digest.update((Path(__file__).parent / f"{name}.py").read_bytes())
+    return digest.hexdigest()
+
+
+def _provenance(study: Study, robot: Robot) -> dict[str, str]:
+    """What a table must say of itself to be made again."""
+    return {
+        "version": VERSION,
+        "sources": _stamp()[:16],
+        "robot": robot.name,
+        "controller": study.controller,
+        "sampling": study.sampling,
+        "seed": str(study.seed),
+        "python": platform.python_version(),
+        "numpy": np.__version__,
+        "numba": numba.__version__,
+        "machine": f"{platform.system()} {platform.machine()}",
+        "date": date.today().isoformat(),
+    }

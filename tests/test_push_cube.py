@@ -1,0 +1,301 @@
+"""A push map: its verdicts are those of single walks, of the third step, and of the mirror."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import polars
+import pytest
+from click.testing import CliRunner
+
+import surefoot as sf
+from surefoot.cli import main
+from surefoot.models.pushes import PUSH
+from surefoot.simulation.batch import simulate_batch
+from surefoot.simulation.progress import WALK_RESULT
+from surefoot.simulation.walks import Walks
+from surefoot.studies import push_cube
+from surefoot.studies.push_cube import FELL, RECOVERED, TABLE, UNSETTLED, measure_cube
+from surefoot.studies.push_grid import PushGrid
+
+SMALL = PushGrid(directions=6, phases=2, step=10.0, coarse=40.0)
+
+
+@pytest.fixture(scope="module")
+def slow_leg() -> sf.Robot:
+    return sf.load_robot("paper-biped").with_leg(max_speed=3.0)
+
+
+@pytest.fixture(scope="module")
+def hybrid(slow_leg: sf.Robot) -> sf.HybridController:
+    return sf.HybridController(slow_leg, (0.5, 0.0))
+
+
+@pytest.fixture(scope="module")
+def unified(slow_leg: sf.Robot) -> sf.UnifiedController:
+    return sf.UnifiedController(slow_leg, (0.5, 0.0))
+
+
+@pytest.fixture(scope="module")
+def rows(hybrid: sf.HybridController, tmp_path_factory: pytest.TempPathFactory) -> list[dict]:
+    return measure_cube(hybrid, SMALL, tmp_path_factory.mktemp("small") / "map").rows
+
+
+def numbers(rows: list[dict[str, Any]]) -> list[tuple[Any, ...]]:
+    """Rows as values that equal themselves, which NaN does not."""
+    return [tuple(map(repr, row.values())) for row in rows]
+
+
+def test_a_walk_of_the_map_is_the_walk_of_simulate(
+    hybrid: sf.HybridController, rows: list[dict[str, Any]]
+) -> None:
+    duration = hybrid.gait.step_duration
+    for row in rows[::2]:
+        x, y = SMALL.direction(row["angle"])
+        for number in range(0, len(row["impulses"]), 3):
+            force = row["impulses"][number] / 0.2
+            push = sf.Push(row["phase"] * duration, 0.2, (x * force, y * force))
+            walk = sf.simulate(hybrid, push.end + 8.0, [push], first_support=sf.Side.RIGHT)
+            fate = {sf.Outcome.RECOVERED: RECOVERED, sf.Outcome.FELL: FELL}
+            assert row["fate"][number] == fate.get(walk.outcome, UNSETTLED)
+
+
+@pytest.mark.parametrize("name", ["hybrid", "unified"])
+@pytest.mark.parametrize("phase", [0.0, 0.55])
+def test_the_first_step_answers_for_the_third(
+    name: str, phase: float, request: pytest.FixtureRequest
+) -> None:
+    controller = request.getfixturevalue(name)
+    grid = PushGrid(directions=5, phases=20, step=4.0, coarse=4.0)
+    for row in push_cube.measure_phase(controller, grid, phase)[::2]:
+        third = sf.smallest_failing_push(
+            controller,
+            grid.direction(row["angle"]),
+            start=(2.0 + phase) * controller.gait.step_duration,
+            step=4.0,
+        )
+        assert row["impulse"] == third.impulse
+        assert (row["failure"] == "fell") == third.fell
+
+
+def test_left_is_right_in_the_mirror(
+    hybrid: sf.HybridController, rows: list[dict[str, Any]], tmp_path: Path
+) -> None:
+    left = PushGrid(directions=6, phases=2, step=10.0, coarse=40.0, support_side=sf.Side.LEFT)
+    assert left.direction(90.0) == (0.0, -1.0)
+    mirrored = measure_cube(hybrid, left, tmp_path / "map").rows
+    for here, there in zip(rows, mirrored, strict=True):
+        assert here["fate"] == there["fate"]
+        assert here["recovery_steps"] == there["recovery_steps"]
+        assert here["margin"] == pytest.approx(there["margin"], abs=1e-9)
+        assert here["limit"] == pytest.approx(there["limit"], rel=1e-9)
+
+
+def test_nothing_above_the_limit_is_survived(unified: sf.UnifiedController) -> None:
+    grid = PushGrid(directions=8, phases=20, step=20.0)
+    for row in push_cube.measure_phase(unified, grid, 0.3):
+        assert row["survived"] <= row["limit"] < row["impulse"]
+        pushes = np.zeros((6, 1), PUSH)
+        start = 0.3 * unified.gait.step_duration
+        pushes["start"], pushes["end"] = start, start + 0.2
+        above = row["limit"] * np.array([1.005, 1.02, 1.05, 1.1, 1.3, 2.0])
+        pushes["force"][:, 0] = np.outer(above / 0.2, grid.direction(row["angle"]))
+        walks = simulate_batch(
+            unified, Walks(pushes=pushes), 9.0, first_support=sf.Side.RIGHT, stop_when_settled=True
+        )
+        assert not walks["settled"].any()
+
+
+def test_the_fast_way_finds_what_the_full_one_does(
+    hybrid: sf.HybridController, rows: list[dict[str, Any]], tmp_path: Path
+) -> None:
+    full = PushGrid(directions=6, phases=2, step=10.0, coarse=10.0)
+    every = measure_cube(hybrid, full, tmp_path / "map").rows
+    for fast, row in zip(rows, every, strict=True):
+        assert fast["impulse"] == row["impulse"]
+        assert row["impulses"] == [10.0 * number for number in range(len(row["impulses"]))]
+        assert row["impulses"][-2] <= row["limit"] < row["impulses"][-1]
+        whole = dict(zip(row["impulses"], row["fate"], strict=True))
+        assert all(whole[j] == f for j, f in zip(fast["impulses"], fast["fate"], strict=True))
+        assert len(fast["impulses"]) < len(row["impulses"])
+
+
+def with_holes(survives: Callable[[float], bool]) -> Callable[..., Any]:
+    """In the place of `simulate_batch`: what an impulse does is given."""
+
+    def walk(controller: Any, walks: Walks, duration: float, **options: Any) -> Any:
+        pushes = walks.push_table()
+        impulses = 0.2 * np.hypot(*pushes["force"][:, 0].T)
+        results = np.zeros(len(pushes), WALK_RESULT)
+        results["settled"] = [survives(round(impulse, 6)) for impulse in impulses]
+        results["fallen"] = ~results["settled"]
+        return results
+
+    return walk
+
+
+@pytest.mark.parametrize(
+    ("coarse", "impulse", "holes"), [(1.0, 13.0, True), (2.0, 13.0, True), (4.0, 40.0, False)]
+)
+def test_a_hole_narrower_than_the_coarse_step_is_missed(
+    hybrid: sf.HybridController, monkeypatch: pytest.MonkeyPatch,
+    coarse: float, impulse: float, holes: bool,
+) -> None:  # fmt: skip
+    monkeypatch.setattr(
+        push_cube, "simulate_batch", with_holes(lambda j: j < 40.0 and not 13.0 <= j < 15.0)
+    )
+    grid = PushGrid(directions=1, phases=1, coarse=coarse)
+    (row,) = push_cube.measure_phase(hybrid, grid, 0.0)
+    assert (row["impulse"], row["holes"] > 0) == (impulse, holes)
+    assert row["survived"] == impulse - 1.0
+    assert row["failure"] == "fell"
+
+
+def test_a_gait_that_nothing_fells_or_everything_does(
+    hybrid: sf.HybridController, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    grid = PushGrid(directions=1, phases=1, step=10.0)
+    monkeypatch.setattr(push_cube, "simulate_batch", with_holes(lambda j: True))
+    (row,) = push_cube.measure_phase(hybrid, grid, 0.0)
+    assert (row["impulse"], row["failure"], row["fraction"]) == (math.inf, "none", 1.0)
+    assert row["survived"] == row["scanned"] == row["impulses"][-1]
+    monkeypatch.setattr(push_cube, "simulate_batch", with_holes(lambda j: False))
+    (row,) = push_cube.measure_phase(hybrid, grid, 0.0)
+    assert (row["impulse"], row["survived"], row["fraction"]) == (0.0, 0.0, 0.0)
+
+
+def test_a_map_that_was_stopped_repeats_nothing(
+    hybrid: sf.HybridController, rows: list[dict[str, Any]], tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:  # fmt: skip
+    measured, measure_phase = [], push_cube.measure_phase
+
+    def stopped(controller: Any, grid: Any, phase: float, **options: Any) -> Any:
+        if measured:
+            raise KeyboardInterrupt
+        measured.append(phase)
+        return measure_phase(controller, grid, phase, **options)
+
+    monkeypatch.setattr(push_cube, "measure_phase", stopped)
+    with pytest.raises(KeyboardInterrupt):
+        measure_cube(hybrid, SMALL, tmp_path / "map")
+    assert not (tmp_path / "map" / TABLE).exists()
+
+    def again(controller: Any, grid: Any, phase: float, **options: Any) -> Any:
+        measured.append(phase)
+        return measure_phase(controller, grid, phase, **options)
+
+    monkeypatch.setattr(push_cube, "measure_phase", again)
+    done: list[tuple[int, int]] = []
+    cube = measure_cube(hybrid, SMALL, tmp_path / "map", report=lambda *so_far: done.append(so_far))
+    assert measured == [0.0, 0.5]
+    assert numbers(cube.rows) == numbers(rows)
+    assert done[0] == (6, 12)
+    assert done[-1] == (12, 12)
+    assert done == sorted(done)
+    measure_cube(hybrid, SMALL, tmp_path / "map")
+    assert measured == [0.0, 0.5]
+
+
+def test_the_number_of_workers_changes_nothing(
+    hybrid: sf.HybridController, rows: list[dict[str, Any]], tmp_path: Path
+) -> None:
+    assert numbers(measure_cube(hybrid, SMALL, tmp_path / "map", workers=1).rows) == numbers(rows)
+
+
+def test_the_table_says_where_it_is_from(hybrid: sf.HybridController, tmp_path: Path) -> None:
+    grid = PushGrid(directions=2, phases=1, step=40.0)
+    cube = measure_cube(hybrid, grid, tmp_path / "map", name="the paper's hybrid")
+    path = tmp_path / "map" / TABLE
+    about = polars.read_parquet_metadata(path)
+    assert json.loads(about["surefoot.provenance"]) == cube.provenance
+    assert json.loads(about["surefoot.grid"]) == grid.as_numbers()
+    assert cube.provenance["controller"] == "the paper's hybrid"
+    assert "dcm_gain=3.0" in cube.provenance["parameters"]
+    walks = polars.read_parquet(path).explode(*push_cube.PER_WALK)
+    assert len(walks) == cube.walks
+    with pytest.raises(sf.FileError, match=r"a folder of the same study \(step: 20.0\)"):
+        measure_cube(hybrid, PushGrid(directions=2, phases=1, step=20.0), tmp_path / "map")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"directions": 0}, "`directions` as a whole number of at least 1; got 0; 72 is usual"),
+        ({"phases": 2.5}, "`phases` as a whole number"),
+        ({"step": 0.0}, r"`step` above 0 \[N s\]"),
+        ({"push_duration": -0.1}, r"`push_duration` above 0 \[s\]"),
+        ({"coarse": 2.5}, "1 to 200 times the step of 1 N s; got 2.5 N s; give"),
+        ({"coarse": 0.5}, "1 to 200 times the step"),
+        ({"coarse": 300.0}, "1 to 200 times the step"),
+    ],
+)
+def test_a_grid_that_makes_no_sense(arguments: dict[str, Any], message: str) -> None:
+    with pytest.raises(sf.ParameterError, match=message):
+        PushGrid(**arguments)
+
+
+def test_nobody_walks_without_workers(hybrid: sf.HybridController, tmp_path: Path) -> None:
+    with pytest.raises(sf.ParameterError, match="`workers` of at least 1"):
+        measure_cube(hybrid, SMALL, tmp_path / "map", workers=0)
+
+
+def test_a_leg_that_cannot_keep_up_is_refused(tmp_path: Path, slow_leg: sf.Robot) -> None:
+    crawling = sf.HybridController(slow_leg.with_leg(max_speed=0.3), (0.5, 0.0))
+    with pytest.raises(sf.VelocityError, match="a leg of at least"):
+        measure_cube(crawling, SMALL, tmp_path / "map")
+    assert not (tmp_path / "map").exists()
+
+
+def command(*words: str) -> Any:
+    options = ("--controller", "hybrid", "--directions", "4", "--phases", "2", "--step", "20")
+    return CliRunner().invoke(main, ["push-map", *options, *words])
+
+
+def test_the_command_writes_page_table_and_pictures(tmp_path: Path) -> None:
+    done = command("--out", str(tmp_path / "map"), "--leg-speed", "3")
+    assert done.exit_code == 0, done.output
+    names = {"push-map.html", "push-map.png", "push-map-polar.png", TABLE, "run.json", "shards"}
+    assert {path.name for path in (tmp_path / "map").iterdir()} == names
+    assert "forward" in done.output
+    again = command("--out", str(tmp_path / "map"), "--json")
+    assert again.exit_code == 0
+    said = json.loads(again.stdout)
+    assert len(said["cells"]) == said["summary"]["cells"] == 8
+    assert said["walks"] == said["summary"]["walks"]
+    other = command("--out", str(tmp_path / "map"), "--leg-speed", "2.5")
+    assert other.exit_code == 2
+    assert "choose another folder, or delete this one" in other.stderr
+
+
+def test_the_command_that_is_stopped_says_what_is_kept(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def stopped(*arguments: Any, **options: Any) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(push_cube, "measure_phase", stopped)
+    done = command("--out", str(tmp_path / "map"))
+    assert done.exit_code == 130
+    assert "the same command goes on there" in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("--full", "--coarse", "40"), "expected `--coarse` or `--full`; got both"),
+        (("--workers", "0"), "a number of workers of at least 1; got 0"),
+        (("--controller", "luck"), "a method ("),
+        (("--coarse", "30"), "`coarse` as 1 to 200 times the step of 20 N s; got 30 N s"),
+        (("--leg-speed", "1"), "a leg of at least"),
+    ],
+)
+def test_a_command_that_is_wrong(words: tuple[str, ...], message: str, tmp_path: Path) -> None:
+    done = command("--out", str(tmp_path / "map"), *words)
+    assert done.exit_code == 2
+    assert message in done.stderr

@@ -1,0 +1,502 @@
+"""Tuning: what is measured, that a search goes on as if it had not been killed, what is taken."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+
+import surefoot as sf
+from surefoot.cli import main
+from surefoot.cli.tune import PREFERENCES as OFFERED
+from surefoot.control.settings import load_settings, settings, with_settings
+from surefoot.studies.gentleness import Answer
+from surefoot.studies.knobs import (
+    RANGES,
+    Knob,
+    defaults_of,
+    knobs_of,
+    parameters_of,
+    rounded,
+)
+from surefoot.studies.push_score import STEP_WEIGHT, effort_of, score, survived
+from surefoot.studies.trials import REFUSED, Trials, Tried, pareto_front
+from surefoot.studies.tune import Tuned, tune
+from surefoot.studies.tune_choice import PREFERENCES, choose, reasons, simplest
+from surefoot.studies.tune_question import Question
+from surefoot.viewers.tune_report import tuning_text
+from surefoot.viewers.tune_words import verdict
+
+TRIALS = 12
+
+
+@pytest.fixture(scope="module")
+def robot() -> sf.Robot:
+    return sf.load_robot("paper-biped").with_leg(max_speed=3.0)
+
+
+@pytest.fixture(scope="module")
+def question(robot: sf.Robot) -> Question:
+    return Question(
+        robot, method="tracking-stiff", asked=("dcm_gain",), directions=2, phases=1, step=0.1
+    )
+
+
+@pytest.fixture(scope="module")
+def tuned(question: Question, tmp_path_factory: pytest.TempPathFactory) -> tuple[Tuned, Path]:
+    folder = tmp_path_factory.mktemp("tune")
+    return tune(question, folder, TRIALS, workers=1), folder
+
+
+# What is searched
+
+
+@pytest.mark.parametrize("key", RANGES)
+def test_every_usual_knob_is_a_parameter_with_its_default_in_range(
+    key: str, robot: sf.Robot
+) -> None:
+    defaults = defaults_of(key, knobs_of(key))
+    for knob in knobs_of(key):
+        assert knob.low <= defaults[knob.name] <= knob.high
+        # And the class takes both ends of the range.
+        for end in (knob.low, knob.high):
+            values = parameters_of(key, [knob], {knob.name: end})
+            with_settings(key, robot, (0.5, 0.0), values)
+
+
+def test_parameters_are_those_that_are_not_as_by_default() -> None:
+    knobs = knobs_of("hybrid", ("offset_weight.x", "offset_weight.y", "dcm_gain"))
+    values = defaults_of("hybrid", knobs)
+    assert parameters_of("hybrid", knobs, values) == {}
+    given = parameters_of("hybrid", knobs, {**values, "offset_weight.y": 7.0})
+    assert given == {"offset_weight": (settings("hybrid")["offset_weight"][0], 7.0)}
+    both = parameters_of(
+        "hybrid", knobs, {**values, "offset_weight.x": 5.0, "offset_weight.y": 7.0}
+    )
+    assert both == {"offset_weight": (5.0, 7.0)}
+
+
+def test_a_range_of_ones_own_goes_over_the_usual_one() -> None:
+    assert knobs_of("unified", ("dcm_gain=2:4", "reserve")) == (
+        Knob("dcm_gain", 2.0, 4.0),
+        next(knob for knob in RANGES["unified"] if knob.name == "reserve"),
+    )
+    (linear,) = knobs_of("tracking", ("double_support=0:0.3",))
+    assert not linear.log
+
+
+@pytest.mark.parametrize(
+    ("key", "asked", "words"),
+    [
+        ("linear-mpc", (), "a compiled method with gains (unified"),
+        ("unified", ("dcm_gian",), "did you mean `dcm_gain`?"),
+        ("unified", ("period=0.001:0.01",), "a knob (horizon"),
+        ("unified", ("step_duration=0.3:0.6",), "a knob (horizon"),
+        ("unified", ("ankle=0:1",), "a knob (horizon"),
+        ("tracking", ("double_support",), "write --knob double_support=LOW:HIGH"),
+        ("unified", ("dcm_gain=5:10",), "with its default 3 in it"),
+        ("unified", ("dcm_gain=5",), "NAME=LOW:HIGH"),
+        ("unified", ("dcm_gain=10:1",), "0 <= LOW < HIGH"),
+        ("unified", ("dcm_gain=1:nan",), "NAME=LOW:HIGH"),
+        ("unified", ("dcm_gain", "dcm_gain=1:9"), "every --knob once"),
+    ],
+)
+def test_a_wrong_knob_is_refused(key: str, asked: tuple[str, ...], words: str) -> None:
+    with pytest.raises(sf.ParameterError) as caught:
+        knobs_of(key, asked)
+    assert words in str(caught.value)
+
+
+def test_what_is_tried_can_be_read() -> None:
+    assert rounded(0.0123456) == 0.0123
+    assert rounded(123456.0) == 123000.0
+
+
+# What is measured
+
+
+def test_a_stronger_push_takes_more_effort_and_a_fall_all_of_it(robot: sf.Robot) -> None:
+    brain = sf.HybridController(robot, (0.5, 0.0))
+    none = Answer(0.0, 0.0, 0.0, 0.0, True)
+    assert effort_of(none, brain) == (0.0, 0.0, 0.0)
+    small, large = (Answer(x, x, x, x, True) for x in (0.01, 0.02))
+    assert [2.0 * part for part in effort_of(small, brain)] == pytest.approx(
+        effort_of(large, brain)
+    )
+    assert effort_of(replace(small, survived=False), brain) == (1.0, 1.0, 1.0)
+
+
+def test_an_effort_is_a_share_of_what_the_robot_has(robot: sf.Robot) -> None:
+    brain = sf.UnifiedController(robot, (0.5, 0.0))
+    low, high = robot.gait.step_duration
+    gait, sole = brain.gait, robot.foot.half
+    corner = (sole[0] ** 2 + sole[1] ** 2) ** 0.5
+    most = max(gait.step_duration - low, high - gait.step_duration)
+    assert effort_of(Answer(corner, corner, 0.0, most, True), brain) == pytest.approx((1, 0, 1))
+
+
+def test_what_is_survived_is_one_step_below_what_fails(question: Question) -> None:
+    brain = sf.HybridController(question.robot, (0.5, 0.0))
+    pushed = question.seen[0]
+    found = sf.smallest_failing_push(
+        brain, (1.0, 0.0), start=question.protocol.push_start(0.0), step=question.protocol.step
+    )
+    assert survived(brain, question.protocol, pushed) == found.impulse - found.step
+    assert 0.0 < survived(brain, question.protocol, pushed) <= pushed.limit
+
+
+def effort_with(brain, **moved: float) -> float:
+    """The effort of a push that moves a ZMP by a millimetre, and what else is named."""
+    answered = replace(Answer(1e-3, 1e-3, 0.0, 0.0, True), **moved)
+    zmp, landing, timing = effort_of(answered, brain)
+    return zmp + STEP_WEIGHT * (landing + timing)
+
+
+def test_a_landing_that_moves_is_less_gentle_than_a_zmp_that_does(robot: sf.Robot) -> None:
+    brain = sf.HybridController(robot, (0.5, 0.0))
+    far = 0.5 * robot.foot.width
+    assert effort_with(brain, landing=far) > effort_with(brain, zmp_peak=far, zmp_rms=far)
+
+
+@pytest.mark.parametrize("quantity", ["zmp_peak", "zmp_rms", "landing", "timing"])
+def test_effort_grows_with_everything_that_moves(quantity: str, robot: sf.Robot) -> None:
+    brain = sf.HybridController(robot, (0.5, 0.0))
+    efforts = [effort_with(brain, **{quantity: size}) for size in (0.002, 0.01, 0.02)]
+    assert efforts == sorted(set(efforts))
+
+
+def test_a_score_does_not_depend_on_the_threads(question: Question) -> None:
+    brain = sf.HybridController(question.robot, (0.5, 0.0))
+    one, two = (
+        score(brain, question.protocol, question.seen, question.impulse, workers=workers)
+        for workers in (1, 3)
+    )
+    assert one == two
+    assert one.worst <= one.survival
+    assert one.effort == one.zmp + STEP_WEIGHT * (one.landing + one.timing)
+    assert one.gentleness(one) == 1.0
+
+
+def test_pushes_that_the_search_does_not_see_are_others(question: Question) -> None:
+    seen = {(one.cell.angle, one.cell.phase) for one in question.seen}
+    unseen = {(one.cell.angle, one.cell.phase) for one in question.unseen}
+    assert len(seen) == len(unseen) == 2
+    assert not seen & unseen
+    assert not {angle for angle, _ in seen} & {angle for angle, _ in unseen}
+    assert not {phase for _, phase in seen} & {phase for _, phase in unseen}
+
+
+def test_pushes_scale_with_the_robot(robot: sf.Robot) -> None:
+    light = Question(robot.replace(mass=6.8), method="tracking", directions=2, phases=1)
+    heavy = Question(robot.replace(mass=68.0), method="tracking", directions=2, phases=1)
+    assert heavy.impulse == pytest.approx(10.0 * light.impulse, rel=0.05)
+    assert heavy.protocol.step == pytest.approx(10.0 * light.protocol.step, rel=0.05)
+
+
+# What is taken
+
+
+def tried(number: int, survival: float, gentleness: float, **values: float) -> Tried:
+    return Tried(number, values, (survival, gentleness), {})
+
+
+DEFAULT = tried(0, 0.6, 1.0)
+BETTER = [tried(1, 0.8, 0.99), tried(2, 0.7, 0.4), tried(3, 0.62, 0.39)]
+NERVOUS, WEAK = tried(4, 0.9, 1.01), tried(5, 0.59, 0.1)
+BROKEN = Tried(6, {}, None, {REFUSED: "no"})
+
+
+def test_the_front_is_what_no_other_beats() -> None:
+    trials = [DEFAULT, *BETTER, NERVOUS, WEAK, BROKEN, tried(7, 0.7, 0.5)]
+    assert [one.number for one in pareto_front(trials)] == [1, 2, 3, 4, 5]
+
+
+def test_equals_are_both_on_the_front() -> None:
+    assert len(pareto_front([DEFAULT, tried(1, 0.6, 1.0)])) == 2
+
+
+@pytest.mark.parametrize(("prefer", "number"), [("survival", 1), ("gentleness", 3), ("balance", 2)])
+def test_what_is_preferred_is_taken(prefer: str, number: int) -> None:
+    assert choose([DEFAULT, *BETTER, NERVOUS, WEAK, BROKEN], prefer).number == number
+
+
+@pytest.mark.parametrize("prefer", PREFERENCES)
+def test_nothing_worse_than_the_default_is_taken(prefer: str) -> None:
+    assert choose([DEFAULT, NERVOUS, WEAK, BROKEN, tried(7, 0.6, 1.0)], prefer) is DEFAULT
+
+
+def test_preferences_of_the_command_are_those_of_the_study() -> None:
+    assert set(OFFERED) == set(PREFERENCES)
+    with pytest.raises(sf.ParameterError, match=r"a preference \(survival"):
+        choose([DEFAULT], "speed")
+
+
+def test_a_knob_that_changes_nothing_is_turned_back() -> None:
+    def attempt(values) -> tuple[float, float]:
+        # `b` does nothing, `c` as good as nothing, `d` only while `b` is turned.
+        lost = 0.002 * (values["c"] == 0.0) + 0.1 * (values["d"] == 0.0 and values["b"] != 0.0)
+        return (0.6 + 0.2 * values["a"] - lost, 0.9)
+
+    ones, zeros = dict.fromkeys("abcd", 1.0), dict.fromkeys("abcd", 0.0)
+    chosen = Tried(3, ones, attempt(ones), {})
+    values = simplest(chosen, zeros, (0.6, 1.0), attempt)
+    assert values == {"a": 1.0, "b": 0.0, "c": 0.0, "d": 0.0}
+    (why,) = reasons(values, zeros, attempt)
+    assert (why.knob, why.default, why.value) == ("a", 0.0, 1.0)
+    assert why.without == pytest.approx((0.598 + 0.002, 0.9), abs=0.003)
+
+
+def test_little_does_not_add_up() -> None:
+    def attempt(values) -> tuple[float, float]:
+        return (0.6 + 0.004 * sum(values.values()), 1.0)
+
+    ones, zeros = dict.fromkeys("abcd", 1.0), dict.fromkeys("abcd", 0.0)
+    values = simplest(Tried(3, ones, attempt(ones), {}), zeros, (0.6, 1.0), attempt)
+    assert sum(values.values()) == 3.0
+
+
+def test_nothing_is_turned_back_below_the_default() -> None:
+    def attempt(values) -> tuple[float, float]:
+        return (0.6, 1.002 - 0.003 * values["a"])
+
+    values = simplest(Tried(1, {"a": 1.0}, (0.6, 0.999), {}), {"a": 0.0}, (0.6, 1.0), attempt)
+    assert values == {"a": 1.0}
+
+
+# The search
+
+
+def plain(trials: list[Tried]) -> list[tuple]:
+    return [(one.number, one.values, one.objectives) for one in trials]
+
+
+def test_a_default_is_as_gentle_as_itself_and_nothing_is_worse(
+    tuned: tuple[Tuned, Path], question: Question
+) -> None:
+    result, _ = tuned
+    assert len(result.trials) == TRIALS
+    assert result.trials[0].values == defaults_of("tracking-stiff", question.knobs)
+    assert result.trials[0].objectives is not None
+    assert result.trials[0].objectives[1] == 1.0
+    assert result.objectives("default", "seen") == result.trials[0].objectives
+    assert result.objectives("default", "unseen")[1] == 1.0
+    before, after = (result.objectives(which, "seen") for which in ("default", "tuned"))
+    assert after[0] >= before[0]
+    assert after[1] <= before[1]
+    assert result.changed
+    # Ten times the paper's gain is nervous.
+    assert after[1] < 0.95
+    assert set(result.settings.parameters) == {one.knob for one in result.reasons}
+
+
+def test_a_search_that_goes_on_is_the_search_that_was_not_stopped(
+    tuned: tuple[Tuned, Path], question: Question, tmp_path: Path
+) -> None:
+    for trials in (1, 7, TRIALS):
+        result = tune(question, tmp_path, trials, workers=2)
+    assert plain(result.trials) == plain(tuned[0].trials)
+    assert result.as_numbers() == tuned[0].as_numbers()
+
+
+def test_another_seed_searches_elsewhere(question: Question, tmp_path: Path) -> None:
+    other = tune(replace(question, seed=1), tmp_path, 3, workers=1)
+    again = tune(replace(question, seed=1), tmp_path, 2, workers=1)
+    assert plain(again.trials) == plain(other.trials)
+    knob = question.knobs[0].name
+    first = Trials(
+        tmp_path, question.knobs, defaults_of("tracking-stiff", question.knobs), 1
+    ).finished()
+    assert plain(first) == plain(other.trials)
+    assert other.trials[1].values[knob] != other.trials[2].values[knob]
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"seed": 5},
+        {"velocity": (0.4, 0.0)},
+        {"method": "tracking", "asked": ()},
+        {"phases": 2},
+        {"asked": ("dcm_gain=1:50",)},
+    ],
+    ids=str,
+)
+def test_another_question_is_refused_in_the_same_folder(
+    tuned: tuple[Tuned, Path], question: Question, change: dict
+) -> None:
+    with pytest.raises(sf.FileError, match="a folder of the same study"):
+        tune(replace(question, **change), tuned[1], 2)
+
+
+def test_another_robot_is_refused_in_the_same_folder(
+    tuned: tuple[Tuned, Path], question: Question
+) -> None:
+    with pytest.raises(sf.FileError, match="a folder of the same study"):
+        tune(replace(question, robot=question.robot.replace(mass=60.0)), tuned[1], 2)
+
+
+def test_values_that_the_controller_refuses_are_a_trial_that_is_not_taken(
+    tmp_path: Path,
+) -> None:
+    knobs = (Knob("threshold", 0.001, 1.0),)
+    search = Trials(tmp_path, knobs, {"threshold": 0.025}, 0)
+
+    def measure(values: dict[str, float]):
+        return (0.5, 1.0) if values["threshold"] < 0.1 else (None, {REFUSED: "too large"})
+
+    def told(values: dict[str, float]):
+        found = measure(values)
+        return found if found[0] is None else (found, {"survival": 0.5})
+
+    found = search.go_on(told, 20)
+    assert len(found) == 20
+    assert any(one.objectives is None and REFUSED in one.told for one in found)
+    assert choose(found).number == 0
+
+
+KILLED = """
+import sys
+from pathlib import Path
+import surefoot as sf
+from surefoot.studies.tune import tune
+from surefoot.studies.tune_question import Question
+robot = sf.load_robot("paper-biped").with_leg(max_speed=3.0)
+question = Question(robot, method="tracking-stiff", asked=("dcm_gain",), directions=2, phases=1,
+                    step=0.1)
+tune(question, Path(sys.argv[1]), int(sys.argv[2]), workers=1,
+     report=lambda done, total: print(done, flush=True))
+"""
+
+
+def test_a_search_that_was_killed_repeats_nothing(
+    tuned: tuple[Tuned, Path], question: Question, tmp_path: Path
+) -> None:
+    words = [sys.executable, "-c", KILLED, str(tmp_path), str(TRIALS)]
+    with subprocess.Popen(words, stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdout is not None
+        while int(process.stdout.readline()) < 4:
+            pass
+        time.sleep(0.05)  # In the middle of the next trial.
+        os.kill(process.pid, signal.SIGKILL)
+    # A line that was cut short is no matter either.
+    with (tmp_path / "trials.journal").open("ab") as journal:
+        journal.write(b'{"op_code":')
+    kept = Trials(
+        tmp_path, question.knobs, defaults_of("tracking-stiff", question.knobs)
+    ).finished()
+    assert 4 <= len(kept) <= 6
+    seen = []
+    result = tune(
+        question, tmp_path, TRIALS, workers=1, report=lambda done, total: seen.append(done)
+    )
+    assert seen[0] == len(kept)
+    assert plain(result.trials) == plain(tuned[0].trials)
+    assert result.as_numbers() == tuned[0].as_numbers()
+
+
+def test_no_trial_is_no_search(question: Question, tmp_path: Path) -> None:
+    with pytest.raises(sf.ParameterError, match="`trials` of at least 1"):
+        tune(question, tmp_path / "new", 0)
+    assert not (tmp_path / "new").exists()
+
+
+# The command
+
+
+def test_a_report_says_when_something_does_not_hold(tuned: tuple[Tuned, Path]) -> None:
+    numbers = tuned[0].as_numbers()
+    assert verdict(numbers).startswith("It holds" if holds(numbers) else "It does NOT hold")
+    numbers["scores"]["tuned"]["unseen"]["survival"] -= 0.05
+    assert "of the limit less is survived than with the defaults" in verdict(numbers)
+    assert "It does NOT hold" in tuning_text(numbers, "surefoot walk")
+
+
+def holds(numbers: dict) -> bool:
+    before, after = (numbers["scores"][which]["unseen"] for which in ("default", "tuned"))
+    return after["survival"] >= before["survival"] - 0.005 and after["gentleness"] <= 1.01
+
+
+COMMAND = [
+    "tune", "--controller", "tracking-stiff", "--knob", "dcm_gain", "--directions", "2",
+    "--quick", "--leg-speed", "3", "--workers", "1", "--trials", str(TRIALS),
+]  # fmt: skip
+
+
+def test_the_command_writes_settings_that_walk(tuned: tuple[Tuned, Path]) -> None:
+    result, folder = tuned
+    done = CliRunner().invoke(main, [*COMMAND, "--out", str(folder)])
+    assert done.exit_code == 0, done.output
+    assert "of the search" in done.output
+    for one in result.reasons:
+        assert f"{one.knob} {one.default:g} → {one.value:g}: without it" in done.output
+    path = folder / "tuned.toml"
+    assert load_settings(path) == result.settings
+    walk = CliRunner().invoke(main, ["walk", "--settings", str(path), "--leg-speed", "3", "--json"])
+    assert walk.exit_code == 0
+    assert json.loads(walk.stdout)["controller"] == "DcmTracking"
+    report = (folder / "tune.md").read_text()
+    assert f"--settings {path}" in report
+    assert (folder / "tune.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_json_holds_what_was_measured(tuned: tuple[Tuned, Path]) -> None:
+    done = CliRunner().invoke(main, [*COMMAND, "--out", str(tuned[1]), "--json"])
+    told = json.loads(done.stdout)
+    assert told == json.loads(json.dumps(tuned[0].as_numbers()))
+    assert len(told["trials"]) == TRIALS
+
+
+def test_a_search_that_is_stopped_keeps_what_it_has(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    measure, calls = Question.measure, []
+
+    def stop(*arguments):
+        calls.append(arguments)
+        if len(calls) == 3:
+            raise KeyboardInterrupt
+        return measure(*arguments)
+
+    monkeypatch.setattr(Question, "measure", stop)
+    done = CliRunner().invoke(main, [*COMMAND, "--out", str(tmp_path / "out")])
+    assert done.exit_code == 130
+    assert "the same command goes on there" in done.output
+    knobs = knobs_of("tracking-stiff", ("dcm_gain",))
+    kept = Trials(tmp_path / "out", knobs, defaults_of("tracking-stiff", knobs)).finished()
+    assert len(kept) == 2
+
+
+def test_without_optuna_it_says_what_to_install(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "optuna", None)
+    done = CliRunner().invoke(main, [*COMMAND, "--out", str(tmp_path / "out")])
+    assert done.exit_code == 2
+    assert 'run: pip install "surefoot[tune]"' in done.output
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (["--controller", "linear-mpc"], "a compiled method with gains"),
+        (["--controller", "nobody"], "a method (tracking"),
+        (["--trials", "0"], "`trials` of at least 1"),
+        (["--seed", "-1"], "`seed`"),
+        (["--step", "0"], "`step`"),
+        (["--velocity", "9", "0"], "slow down"),
+        (["--out", "no/such/folder"], "a directory"),
+    ],
+)
+def test_a_wrong_command_is_refused(words: list[str], told: str, tmp_path: Path) -> None:
+    done = CliRunner().invoke(main, ["tune", "--out", str(tmp_path / "out"), *words])
+    assert done.exit_code == 2, done.output
+    assert told in done.output
