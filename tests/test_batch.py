@@ -203,6 +203,12 @@ def test_steps_to_recover_and_margin_are_those_of_the_walk() -> None:
         ({"count": 2, "parameters": {"dcm_gain": [1.0]}}, "of 1, count of 2"),
         ({"count": True}, "a number of walks"),
         ({"seeds": [-1]}, "seed"),
+        ({"seeds": [1.5]}, "seed"),
+        ({"durations": [np.inf]}, "durations"),
+        ({"durations": [-1.0]}, "durations"),
+        ({"plants": ["paper-biped"]}, "a Robot for each walk"),
+        ({"starts": [3]}, "an? Observation for each walk"),
+        ({"controllers": [1]}, "a Controller for each walk"),
     ],
 )
 def test_a_table_that_is_none(columns, words: str) -> None:
@@ -220,6 +226,13 @@ def test_a_parameter_that_is_none() -> None:
         sf.simulate_batch(controller, sf.Walks(pushes=np.zeros(3)))
     with pytest.raises(sf.ParameterError, match="a Push"):
         sf.simulate_batch(controller, [[176.0]])
+    with pytest.raises(sf.ParameterError, match="a list of pushes for each walk"):
+        sf.simulate_batch(controller, [sf.Push(1.0, 0.2, (1.0, 0.0))])
+    for name, value in (("start", np.nan), ("end", np.nan), ("force", np.inf)):
+        records = sf.Walks(pushes=PUSHES).push_table()
+        records[name][3] = value
+        with pytest.raises(sf.ParameterError, match="PUSH records with a finite"):
+            sf.simulate_batch(controller, sf.Walks(pushes=records))
     with pytest.raises(sf.ParameterError, match="duration"):
         sf.simulate_batch(controller, 1, 0.0)
 

@@ -201,6 +201,13 @@ def test_every_name_that_is_offered_can_be_set() -> None:
 
 
 WRONG = {
+    "[set]\npush.impulse.x = 3.0\n[vary]\npush.angle = [1.0]": "a parameter of a study",
+    "[vary]\ngait.velocity.min = [0.1]": "a parameter of a study",
+    "[vary]\npush.impulse = {}": "as a list",
+    "[vary]\npush.impulse = [1, 1.0]": "list of different values",
+    "[vary]\npush.impulse = [1.0, 'a']": "the same kind",
+    "[vary]\ngait.velocity = [[0.5, 0.0], [0.1, [2.0]]]": "the same kind",
+    "measure = 'push-limit'\n[vary]\npush.impulse = [1.0]": "tries them all",
     "vary = {}": "at least one parameter",
     "[vary]\ncontroller.gain = [1.0]": "a parameter of a study (controller.ankle",
     "[vary]\npush.impuls = [1.0]": "did you mean `push.impulse`",
@@ -241,12 +248,62 @@ def test_files_that_cannot_be_read(tmp_path) -> None:
 
 
 def test_a_value_that_cannot_be_is_a_row_and_not_an_end(tmp_path) -> None:
-    text = "[vary]\nrobot.mass = [68.0, -1.0]\npush.duration = [0.2, 'long']\n"
+    text = "[vary]\nrobot.mass = [68.0, -1.0]\ndisturbance.delay = [0.0, 0.0015, 0.002]\n"
     rows = rows_of(text, tmp_path / "table")
     outcomes = [row["outcome"] for row in rows]
-    assert outcomes == ["walked", "refused", "refused", "refused"]
-    assert "robot.mass" in rows[2]["error"]
-    assert "push.duration" in rows[1]["error"]
+    assert outcomes == ["walked", "refused", "walked", "refused", "refused", "refused"]
+    assert "robot.mass" in rows[3]["error"]
+    assert "whole number" in rows[1]["error"]
+
+
+def test_the_last_row_of_many_may_be_of_another_kind(tmp_path) -> None:
+    """Neither the reason for a refusal nor a fraction is lost behind a hundred others."""
+    text = """
+    controller = "tracking"
+    [vary]
+    robot.mass = [68.0, -1.0]
+    push.phase = { from = 0.0, to = 0.5, count = 60 }
+    push.angle = [0, 22.5]
+    """
+    rows = rows_of(text, tmp_path / "table")
+    table = polars.read_parquet(tmp_path / "table" / sweep.TABLE)
+    assert table["push.angle"].to_list() == [row["push.angle"] for row in rows]
+    assert table["outcome"].value_counts().sort("outcome").rows() == [
+        ("refused", 120), ("walked", 120),
+    ]  # fmt: skip
+    told: list[tuple[int, int]] = []
+    again = rows_of(text, tmp_path / "table", report=lambda done, of: told.append((done, of)))
+    assert told == [(240, 240)]
+    for name in ("push.angle", "push.phase", "outcome", "error", "steps"):
+        assert [row[name] for row in again] == [row[name] for row in rows]
+
+
+def test_whole_numbers_are_drawn_whole_and_kept_exactly(tmp_path) -> None:
+    text = """
+    controller = "tracking"
+    [vary]
+    disturbance.seed = [1000000000001, 1000000000002]
+    disturbance.dcm_noise = [0.001]
+    push.step = { from = 1, to = 3, count = 3 }
+    """
+    rows = rows_of(text, tmp_path / "table")
+    assert [row["push.step"] for row in rows] == [1, 2, 3] * 2
+    assert len({row["dcm_error"] for row in rows[::3]}) == 2
+    drawn = (
+        text.replace("count = 3", "")
+        .replace("to = 3,", "to = 3")
+        .replace("[vary]", 'sampling = "monte-carlo"\nsamples = 30\n[vary]')
+    )
+    values = [cell.values for cell in sweep_cells(parse_study(drawn))]
+    assert {type(step) for *_, step in values} == {int}
+    assert len(rows_of(drawn, tmp_path / "drawn")) == 30
+
+
+def test_what_is_set_wrong_is_refused_before_a_folder_is_begun(tmp_path) -> None:
+    for line in ('push.impulse = "10"', "push.step = -1", 'robot.mass = "heavy"'):
+        with pytest.raises(sf.SurefootError):
+            rows_of(f"[set]\n{line}\n[vary]\npush.angle = [0.0]", tmp_path / "table")
+        assert not (tmp_path / "table").exists()
 
 
 def test_a_leg_without_a_limit_is_refused_and_not_a_failure(tmp_path) -> None:
@@ -330,7 +387,6 @@ def test_a_cell_that_breaks_is_reported_and_tried_again(walked, tmp_path, monkey
         return honest(one, cells)
 
     monkeypatch.setattr(sweep, "measure_cells", poisoned)
-    monkeypatch.setattr(sweep, "AT_ONCE", 1)
     found = run_sweep(parse_study(WALKS), tmp_path / "table", workers=Processes(1))
     assert len(found.failures) == 2
     bad = [row for row in found.rows if row["outcome"] == "failed"]

@@ -219,6 +219,8 @@ class Revived:
 def test_nobody_at_the_address() -> None:
     with pytest.raises(sf.StudyError, match=r"address of a dask scheduler.*start one with"):
         Cluster("nowhere")
+    with pytest.raises(sf.StudyError, match="refused"):
+        Cluster("tcp://127.0.0.1:9")
     with pytest.raises(sf.ParameterError, match="number of workers"):
         Processes(0)
 

@@ -238,10 +238,11 @@ def simulate_batch(
         controller, duration, stop_when_settled, first_support, plant, disturbance, estimator
     )
     results = np.zeros(len(table), WALK_RESULT)
-    walk = _walk_in_python if controller.kernel is None else _walk_compiled
     pool = ThreadPoolExecutor(workers or os.cpu_count() or 1)
     try:
         for part in _chunks(question, table):
+            compiled = part.scenes[0].controller.kernel is not None
+            walk = _walk_compiled if compiled else _walk_in_python
             walk(part, results[part.where], pool)
             if report is not None:
                 report(part.where.stop, len(table))

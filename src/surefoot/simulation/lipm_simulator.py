@@ -235,7 +235,8 @@ def lipm_cycle(parameters, world, command, pushes, next_world):
         observation.dcm[0] - observation.support_foot[0],
         observation.dcm[1] - observation.support_foot[1],
     )
-    next_world.fallen = 1 if distance > FALL_DISTANCE else 0
+    # What is no number has fallen too.
+    next_world.fallen = 0 if distance <= FALL_DISTANCE else 1
 
 
 @njit

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from surefoot.checks import check_seed, closest
+from surefoot.checks import check_number, check_seed, closest
 from surefoot.errors import ParameterError
 from surefoot.models.interfaces import Controller, Observation
 from surefoot.models.pushes import PUSH, Push, push_records
@@ -21,6 +21,12 @@ COLUMNS = (
     "pushes", "starts", "controllers", "durations", "plants", "disturbances", "seeds",
 )  # fmt: skip
 """Of a table, beside the parameters."""
+
+
+KINDS = {
+    "starts": Observation, "controllers": Controller, "plants": Robot, "disturbances": Disturbance,
+}  # fmt: skip
+"""What the rows of some columns are."""
 
 
 @dataclass(frozen=True)
@@ -76,8 +82,17 @@ class Walks:
             said = ", ".join(f"{name} of {length}" for name, length in lengths.items())
             raise ParameterError("columns with a row for each walk", said, "make them equally long")
         object.__setattr__(self, "count", next(iter(lengths.values())))
+        for name, kind in KINDS.items():
+            rows = getattr(self, name)
+            for one in () if rows is None else rows:
+                if not isinstance(one, kind):
+                    raise ParameterError(
+                        f"`{name}` with a {kind.__name__} for each walk", repr(one), "make it one"
+                    )
+        for duration in self.durations if self.durations is not None else ():
+            check_number("durations", duration, 0.0, "s", above=True)
         for seed in self.seeds if self.seeds is not None else ():
-            check_seed(int(seed))
+            check_seed(seed.item() if isinstance(seed, np.generic) else seed)
 
     def __len__(self) -> int:
         return int(self.count or 0)
@@ -98,7 +113,21 @@ class Walks:
                     f"{self.pushes.dtype}, shape {self.pushes.shape}",
                     "make it with np.zeros((walks, pushes), surefoot.models.pushes.PUSH)",
                 )
-            return np.ascontiguousarray(self.pushes)
+            table = np.ascontiguousarray(self.pushes)
+            start, end, force = table["start"], table["end"], table["force"]
+            sound = np.isfinite(start) & (end >= start) & np.isfinite(force).all(axis=-1)
+            if not sound.all():
+                raise ParameterError(
+                    "PUSH records with a finite start and force, and an end not before the start",
+                    f"{table[~sound][0]}",
+                    "leave a row of zeros for no push",
+                )
+            return table
+        for pushes in self.pushes:
+            if not isinstance(pushes, Sequence):
+                raise ParameterError(
+                    "a list of pushes for each walk", repr(pushes), "write [[push], [push]]"
+                )
         table = np.zeros((len(self), max(map(len, self.pushes), default=0)), PUSH)
         for row, pushes in zip(table, self.pushes, strict=True):
             row[: len(pushes)] = push_records(pushes)

@@ -166,10 +166,14 @@ class _Work:
             if self.many:
                 return self.measure(self.protocol, cells)
             return [self.measure(self.protocol, cell) for cell in cells]
-        except SurefootError as error:
-            return str(error)
-        except Exception:  # whatever it is, the other cells go on and this one is reported
-            return traceback.format_exc()
+        except Exception as error:  # whatever it is, the other cells go on and this one is reported
+            if len(task) > 1:
+                return [self._alone(one) for one in task]
+            return str(error) if isinstance(error, SurefootError) else traceback.format_exc()
+
+    def _alone(self, one: tuple[Any, Any]) -> Row | str:
+        found = self([one])
+        return found if isinstance(found, str) else found[0]
 
 
 def _each(task: Sequence[Any]) -> list[Sequence[Any]]:

@@ -61,7 +61,8 @@ class Shards:
         if not rows:
             return
         polars = optional_module("polars", "tables of studies", "study")
-        table = polars.DataFrame([dict(row) for row in rows])
+        # All rows tell of what kind a column is, not only the first ones.
+        table = polars.DataFrame([dict(row) for row in rows], infer_schema_length=None)
         # A name of its own: another study may be adding to the same table.
         path = self.folder / "shards" / f"{time.time_ns()}-{uuid4().hex[:8]}.parquet"
         _write_whole(path, table.write_parquet)
@@ -102,7 +103,7 @@ def write_table(rows: Sequence[Mapping[str, Any]], path: Path, notes: Mapping[st
         MissingExtraError: polars is not installed.
     """
     polars = optional_module("polars", "tables of studies", "study")
-    table = polars.DataFrame([dict(row) for row in rows])
+    table = polars.DataFrame([dict(row) for row in rows], infer_schema_length=None)
     metadata = {f"surefoot.{name}": json.dumps(value) for name, value in notes.items()}
     _write_whole(path, lambda whole: table.write_parquet(whole, metadata=metadata))
 

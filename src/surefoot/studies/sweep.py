@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import platform
 from collections.abc import Callable
@@ -16,11 +17,13 @@ import numpy as np
 
 from surefoot.compiling import source_stamp
 from surefoot.control.methods import method
+from surefoot.errors import RobotError, VelocityError
 from surefoot.models.robot import Robot, load_robot
 from surefoot.studies.cell_work import Failure, Row, measure_missing
 from surefoot.studies.shards import Shards, write_table
 from surefoot.studies.sweep_cell import Sweep, measure_cells
-from surefoot.studies.sweep_sampling import SweepCell, sweep_cells
+from surefoot.studies.sweep_parameters import situation
+from surefoot.studies.sweep_sampling import SweepCell, cell_key, sweep_cells
 from surefoot.studies.sweep_study import Study
 from surefoot.studies.workers import Processes, Workers
 from surefoot.version import VERSION
@@ -81,10 +84,13 @@ def run_sweep(
     workers = workers or Processes()
     sweep = Sweep(study, robot)
     # A method that cannot be used at all is refused now rather than cell by cell.
+    _check_fixed(study, robot)
     compiled = method(study.controller).controller(robot, (0.0, 0.0)).kernel is not None
-    cells = {_key(cell.values): cell for cell in sweep_cells(study)}
+    wanted = list(sweep_cells(study))
+    # What is drawn from lists may come twice; it is measured once.
+    cells = {cell_key(cell.values): cell for cell in wanted}
     shards = Shards(folder, _common(study, robot))
-    have = {_key(tuple(row[name] for name in study.vary)): row for row in shards.rows}
+    have = {cell_key(tuple(row[name] for name in study.vary)): row for row in shards.rows}
     failures = measure_missing(
         measure_cells,
         sweep,
@@ -96,21 +102,25 @@ def run_sweep(
         keep_every=KEEP_EVERY,
         report=report,
     )
-    errors = {_key(one.cell.values): one.error for one in failures}
-    rows = [have[key] if key in have else _failed(sweep, cell, errors[key])
-            for key, cell in cells.items()]  # fmt: skip
+    errors = {cell_key(one.cell.values): one.error for one in failures}
+    rows = []
+    for cell in wanted:
+        key = cell_key(cell.values)
+        rows.append(have[key] if key in have else _failed(sweep, cell, errors[key]))
     about = _provenance(study, robot)
     write_table(rows, folder / TABLE, {"study": _plain(study), "provenance": about})
     return SweepTable(study, rows, failures, about)
 
 
-def _key(values: tuple[Any, ...]) -> tuple[Any, ...]:
-    """A cell as a key; its numbers rounded, so that it survives a file."""
-    return tuple(
-        tuple(value) if isinstance(value, list)
-        else float(f"{value:.12g}") if isinstance(value, (int, float)) else value
-        for value in values
-    )  # fmt: skip
+def _check_fixed(study: Study, robot: Robot) -> None:
+    """Refuse what is set for all cells if it makes no sense, before a folder is begun with it.
+
+    Raises:
+        ParameterError: a value has another type, or is out of range.
+    """
+    # What varies may be what makes a robot or a velocity possible.
+    with contextlib.suppress(RobotError, VelocityError):
+        situation(robot, study.controller, study.fixed)
 
 
 def _failed(sweep: Sweep, cell: SweepCell, error: str) -> Row:

@@ -13,6 +13,7 @@ from surefoot.checks import check_number, closest
 from surefoot.control.methods import method
 from surefoot.control.settings import checked_settings, settings
 from surefoot.errors import ParameterError
+from surefoot.models.estimator import whole_cycles
 from surefoot.models.gait import GaitLimits
 from surefoot.models.interfaces import Controller
 from surefoot.models.pushes import Push
@@ -22,6 +23,9 @@ from surefoot.simulation.disturbance import Disturbance
 
 HALVES = {"min": 0, "max": 1, "x": 0, "y": 1}
 """The halves of a pair, by the end of a name."""
+
+WHOLE = ("push.step", "disturbance.seed")
+"""Parameters that are whole numbers."""
 
 PUSH = {"impulse": 0.0, "angle": 0.0, "phase": 0.0, "duration": 0.2, "step": 2}
 """A push and its defaults: impulse [N s]; direction from forward (0) towards the foot that swings
@@ -40,7 +44,11 @@ def flat_names(table: Mapping[str, Any], path: str = "") -> dict[str, Any]:
     flat: dict[str, Any] = {}
     for key, value in table.items():
         name = f"{path}{key}"
-        if isinstance(value, dict) and not {"from", "to", "mean", "deviation"} & set(value):
+        if (
+            isinstance(value, dict)
+            and value
+            and not {"from", "to", "mean", "deviation"} & set(value)
+        ):
             flat |= flat_names(value, f"{name}.")
         else:
             flat[name] = value
@@ -71,7 +79,7 @@ def check_parameter(controller: str, name: str, origin: str) -> None:
     """
     known = known_parameters(controller)
     whole, _, half = name.rpartition(".")
-    if name in known or (half in HALVES and whole in known):
+    if name in known or (whole in known and half in _halves(controller, whole)):
         return
     room = name.partition(".")[0]
     near = [one for one in known if one.startswith(f"{room}.")] or known
@@ -80,6 +88,17 @@ def check_parameter(controller: str, name: str, origin: str) -> None:
         f"`{name}` in {origin}",
         closest(name, known, "choose one of these"),
     )
+
+
+def _halves(controller: str, whole: str) -> tuple[str, ...]:
+    """How the halves of a pair are called; none of what is no pair."""
+    room, _, name = whole.partition(".")
+    if whole in ("gait.step_duration", "gait.step_x", "gait.step_y"):
+        return ("min", "max")
+    pair = whole in ("gait.dcm_offset", "gait.velocity", "disturbance.com_offset")
+    if room == "controller":
+        pair = isinstance(settings(controller)[name], tuple)
+    return ("x", "y") if pair else ()
 
 
 @dataclass(frozen=True)
@@ -156,6 +175,8 @@ def situation(robot: Robot, controller: str, values: Mapping[str, Any]) -> Situa
         if _is_named(one.name, wrong)
     }
     disturbance = Disturbance(**parts) if wrong else None
+    if disturbance is not None:
+        whole_cycles(disturbance.delay, decides.period)
     return Situation(decides, plant, disturbance, _push(rooms.get("push", {})))
 
 
@@ -188,11 +209,13 @@ def _pair(name: str, given: Mapping[str, Any], key: str, usual: Any) -> tuple[fl
     pair = given.get(key, usual)
     if not isinstance(pair, (list, tuple)) or len(pair) != 2:
         raise ParameterError(f"`{name}` as a pair", repr(pair), "write [0.5, 0.0]")
-    halves = [float(one) for one in pair]
+    halves = list(pair)
     for half, place in HALVES.items():
         if f"{key}.{half}" in given:
             halves[place] = given[f"{key}.{half}"]
-    return halves[0], halves[1]
+    for one in halves:
+        check_number(name, one, -math.inf, "-")
+    return float(halves[0]), float(halves[1])
 
 
 def _changed(robot: Robot, given: Mapping[str, Any], room: str) -> Robot:

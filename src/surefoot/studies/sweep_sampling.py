@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from surefoot.checks import optional_module
+from surefoot.studies.sweep_parameters import WHOLE
 from surefoot.studies.sweep_study import Normal, Range, Study, Values
 
 
@@ -26,6 +27,15 @@ class SweepCell:
     values: tuple[Any, ...]
 
 
+def cell_key(values: tuple[Any, ...]) -> tuple[Any, ...]:
+    """Values as a key; floats rounded, so that they survive a file."""
+    return tuple(
+        cell_key(tuple(value)) if isinstance(value, (list, tuple))
+        else float(f"{value:.12g}") if isinstance(value, float) else value
+        for value in values
+    )  # fmt: skip
+
+
 def sweep_cells(study: Study) -> Iterator[SweepCell]:
     """The cells of a study; the same for the same seed.
 
@@ -33,18 +43,18 @@ def sweep_cells(study: Study) -> Iterator[SweepCell]:
         MissingExtraError: scipy is not installed, and something is to be drawn.
     """
     if study.sampling == "grid":
-        for values in product(*map(_grid_values, study.vary.values())):
+        for values in product(*(_grid_values(*item) for item in study.vary.items())):
             yield SweepCell(values)
         return
     columns = [
-        _drawn(values, column)
-        for values, column in zip(study.vary.values(), _unit_samples(study).T, strict=True)
+        _drawn(name, values, column)
+        for (name, values), column in zip(study.vary.items(), _unit_samples(study).T, strict=True)
     ]
     for values in zip(*columns, strict=True):
         yield SweepCell(values)
 
 
-def _grid_values(values: Values) -> list[Any]:
+def _grid_values(name: str, values: Values) -> list[Any]:
     if not isinstance(values, Range):
         assert isinstance(values, list)
         return values
@@ -53,6 +63,8 @@ def _grid_values(values: Values) -> list[Any]:
         found = np.geomspace(values.low, values.to, count)
     else:
         found = np.linspace(values.low, values.to, count)
+    if name in WHOLE:
+        return sorted({round(one) for one in found})
     # 0.30000000000000004 is 0.3 to whoever wrote the file.
     return [float(f"{one:.12g}") for one in found]
 
@@ -66,8 +78,10 @@ def _unit_samples(study: Study) -> NDArray[np.float64]:
     return qmc.LatinHypercube(shape[1], rng=np.random.default_rng(study.seed)).random(shape[0])
 
 
-def _drawn(values: Values, column: NDArray[np.float64]) -> list[Any]:
+def _drawn(name: str, values: Values, column: NDArray[np.float64]) -> list[Any]:
     """Values by their share of the distribution, 0 to 1."""
+    if name in WHOLE and not isinstance(values, list):
+        return [round(one) for one in _drawn("", values, column)]
     if isinstance(values, Normal):
         norm = optional_module("scipy.stats", "normal distributions", "study").norm
         return norm.ppf(column, values.mean, values.deviation).tolist()

@@ -206,6 +206,8 @@ def _problem(file: _File) -> tuple[str, str, str] | None:
         return "no `samples` of a grid", f"{file.samples}", "give each range a `count`"
     if file.samples is not None and file.samples < 1:
         return "`samples` of at least 1", f"{file.samples}", "100 is usual"
+    if file.measure == "push-limit" and "push.impulse" in (*file.fixed, *file.vary):
+        return "no `push.impulse`, since a push limit tries them all", "one", "remove it"
     if not 0 <= file.seed < 2**63:
         return "`seed` from 0 to 2^63 - 1", f"{file.seed}", "0 is usual"
     if not (math.isfinite(file.step) and file.step > 0.0):
@@ -220,9 +222,15 @@ def _values(name: str, value: Any, origin: str) -> Values:
         ParameterError: it is none of these, or makes no sense.
     """
     if isinstance(value, list):
-        if not value or len({str(one) for one in value}) < len(value):
+        if not value or any(one in value[:place] for place, one in enumerate(value)):
             raise ParameterError(
                 f"`{name}` as a list of different values", f"{value} in {origin}", "name some"
+            )
+        if len(set(map(_kind, value))) > 1 or _kind(value[0]) == "":
+            raise ParameterError(
+                f"`{name}` as a list of numbers, of pairs of numbers, or of true and false",
+                f"{value} in {origin}",
+                "give all of them the same kind",
             )
         return value
     try:
@@ -238,6 +246,17 @@ def _values(name: str, value: Any, origin: str) -> Values:
     if problem:
         raise ParameterError(f"`{name}` with {problem}", f"{value} in {origin}", "correct it")
     return made
+
+
+def _kind(value: Any) -> str:
+    """Of what kind a value of a list is, nothing if a parameter has no such values."""
+    if isinstance(value, bool):
+        return "truth"
+    if isinstance(value, (int, float)):
+        return "number"
+    if isinstance(value, list) and len(value) == 2:
+        return "pair" if all(_kind(one) == "number" for one in value) else ""
+    return ""
 
 
 def _check_for(sampling: Sampling, name: str, values: Values, origin: str) -> None:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import multiprocessing
 import signal
+import socket
 import threading
 import time
 from collections.abc import Callable, Iterator, Mapping
@@ -15,6 +16,7 @@ from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
 from itertools import islice
 from typing import Any, Protocol
+from urllib.parse import urlsplit
 
 from surefoot.checks import optional_module
 from surefoot.compiling import source_stamp
@@ -138,8 +140,14 @@ class Cluster:
 
     def _client(self) -> Any:
         distributed = optional_module("distributed", "studies on a cluster", "cluster")
+        where = self.address if "://" in self.address else f"tcp://{self.address}"
         try:
-            return distributed.Client(self.address, timeout=PATIENCE, set_as_default=False)
+            # A client that finds nobody is never quite gone, and may lock up the next one.
+            parts = urlsplit(where)
+            if not (parts.hostname and parts.port):
+                raise ValueError("no host and port")
+            socket.create_connection((parts.hostname, parts.port), timeout=PATIENCE).close()
+            return distributed.Client(where, timeout=PATIENCE, set_as_default=False)
         except (OSError, ValueError) as error:
             raise StudyError(
                 "the address of a dask scheduler, such as tcp://10.0.0.1:8786",
@@ -222,17 +230,22 @@ def all_results(
 
 
 def _alone(
-    workers: Workers, work: Work, task: Any, parts: Callable[[Any], list[Any]]
+    workers: Workers,
+    work: Work,
+    task: Any,
+    parts: Callable[[Any], list[Any]],
+    last: bool = False,
 ) -> Iterator[tuple[Any, Any]]:
-    """A task that may kill its worker, all by itself; the smallest that does is given up."""
+    """A task that may kill its worker, all by itself; the smallest that does so twice is given up:
+    once may have been somebody else's doing."""
     try:
         ((_, result),) = workers.alone().results(work, {0: task})
     except WorkerKilledError:
         smaller = parts(task)
-        if len(smaller) == 1:
+        if len(smaller) == 1 and last:
             yield task, KILLED
             return
         for one in smaller:
-            yield from _alone(workers, work, one, parts)
+            yield from _alone(workers, work, one, parts, last=len(smaller) == 1)
     else:
         yield task, result
