@@ -7,15 +7,12 @@ where it was. Its rows do not depend on how many work on it.
 from __future__ import annotations
 
 import hashlib
-import platform
 from dataclasses import dataclass
-from datetime import date
 from pathlib import Path
 from typing import Any
 
 import msgspec
 
-from surefoot.compiling import source_stamp
 from surefoot.errors import StudyError
 from surefoot.models.robot import Robot
 from surefoot.studies.body_protocol import (
@@ -32,7 +29,7 @@ from surefoot.studies.cell_work import (
     run_cells,
     study_as_numbers,
 )
-from surefoot.studies.compare import installed_version
+from surefoot.studies.provenance import made_with, sources_stamp
 from surefoot.studies.shards import Shards, write_table
 from surefoot.version import VERSION
 
@@ -110,10 +107,7 @@ def compare_on_body(
 
 def stamp() -> str:
     """All sources that a row depends on, as a hash: the kernels, and what asks the questions."""
-    digest = hashlib.sha256(source_stamp().encode())
-    for name in ("body_protocol", "body_push"):
-        digest.update((Path(__file__).parent / f"{name}.py").read_bytes())
-    return digest.hexdigest()
+    return sources_stamp("body_protocol", "body_push")
 
 
 def robot_hash(robot: Robot) -> str:
@@ -135,15 +129,5 @@ def provenance(protocol: BodyProtocol) -> dict[str, str]:
         "scan": f"{protocol.step:g} N s, upwards from 0 to {protocol.largest:g} m/s",
         "phases": f"{protocol.phases}, in steps of both feet",
         "state": f"estimated from {protocol.noise}" if protocol.estimate else "the truth",
-        **machine(),
-        "date": date.today().isoformat(),
-    }
-
-
-def machine() -> dict[str, str]:
-    """What a study was made with."""
-    return {
-        "python": platform.python_version(),
-        **{name: installed_version(name) for name in LIBRARIES},
-        "machine": f"{platform.system()} {platform.machine()}",
+        **made_with(*LIBRARIES),
     }

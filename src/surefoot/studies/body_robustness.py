@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import hashlib
 import math
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass, field
-from datetime import date
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -23,11 +21,12 @@ from surefoot.simulation.body_measures import measure_body
 from surefoot.simulation.body_simulate import simulate_body
 from surefoot.simulation.body_trace import BodyTrace
 from surefoot.simulation.rollout import Rollout
-from surefoot.studies.body_compare import machine, robot_hash, stamp
+from surefoot.studies.body_compare import LIBRARIES, robot_hash
 from surefoot.studies.body_conditions import BODY_CONDITIONS, body_condition
 from surefoot.studies.body_protocol import body_method
 from surefoot.studies.body_push import NO_STEP, STUCK, mechanism_of
 from surefoot.studies.cell_work import Failure, run_cells, study_as_numbers
+from surefoot.studies.provenance import made_with, sources_stamp
 from surefoot.studies.shards import Shards, write_table
 from surefoot.version import VERSION
 
@@ -243,10 +242,7 @@ def _cause(rollout: Rollout, trace: BodyTrace) -> tuple[str, str]:
 
 def _stamp() -> str:
     """All sources that a row depends on, as a hash."""
-    digest = hashlib.sha256(stamp().encode())
-    for name in ("body_conditions", "body_robustness"):
-        digest.update((Path(__file__).parent / f"{name}.py").read_bytes())
-    return digest.hexdigest()
+    return sources_stamp("body_protocol", "body_push", "body_conditions", "body_robustness")
 
 
 def _provenance(protocol: WalkProtocol) -> dict[str, str]:
@@ -261,6 +257,5 @@ def _provenance(protocol: WalkProtocol) -> dict[str, str]:
         "velocity": f"{vx:g}, {vy:g} m/s",
         "walks": f"{protocol.duration:g} s from a stand, {protocol.seeds} seeds",
         "state": "estimated from its sensors",
-        **machine(),
-        "date": date.today().isoformat(),
+        **made_with(*LIBRARIES),
     }

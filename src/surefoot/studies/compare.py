@@ -6,19 +6,11 @@ where it was.
 
 from __future__ import annotations
 
-import hashlib
-import platform
 from collections.abc import Callable, Iterable
 from dataclasses import asdict, dataclass
-from datetime import date
-from importlib import metadata
 from pathlib import Path
 from typing import Any
 
-import numba
-import numpy as np
-
-from surefoot.compiling import source_stamp
 from surefoot.control.methods import method
 from surefoot.errors import MissingExtraError, RobotError, StudyError
 from surefoot.models.robot import Robot
@@ -26,6 +18,7 @@ from surefoot.studies.cell_work import Failure, measure_missing, without_infinit
 from surefoot.studies.compare_remarks import remarks
 from surefoot.studies.conditions import condition
 from surefoot.studies.protocol import Cell, Protocol, cell_key, every_method
+from surefoot.studies.provenance import installed_version, made_with, sources_stamp
 from surefoot.studies.push_cell import controller_of, decision_times, limits_of, measure
 from surefoot.studies.shards import Shards, write_table
 from surefoot.version import VERSION
@@ -223,18 +216,7 @@ def able_methods(robot: Robot, velocity: tuple[float, float]) -> tuple[list[str]
 
 def study_stamp() -> str:
     """All sources that a row depends on, as a hash: the kernels, and what asks the questions."""
-    digest = hashlib.sha256(source_stamp().encode())
-    for name in ("compare", "conditions", "protocol", "push_cell", "push_recovery"):
-        digest.update((Path(__file__).parent / f"{name}.py").read_bytes())
-    return digest.hexdigest()
-
-
-def installed_version(name: str) -> str:
-    """The version of a library, or "none"."""
-    try:
-        return metadata.version(name)
-    except metadata.PackageNotFoundError:
-        return "none"
+    return sources_stamp("compare", "conditions", "protocol", "push_cell", "push_recovery")
 
 
 def provenance(protocol: Protocol) -> dict[str, str]:
@@ -245,10 +227,5 @@ def provenance(protocol: Protocol) -> dict[str, str]:
         "robot": protocol.robot.name,
         "mass": f"{protocol.robot.mass:g} kg",
         "velocity": f"{protocol.velocity[0]:g}, {protocol.velocity[1]:g} m/s",
-        "python": platform.python_version(),
-        "numpy": np.__version__,
-        "numba": numba.__version__,
-        **{name: installed_version(name) for name in SOLVERS},
-        "machine": f"{platform.system()} {platform.machine()}",
-        "date": date.today().isoformat(),
+        **made_with("numpy", "numba", *SOLVERS),
     }

@@ -106,7 +106,7 @@ def measure(protocol: Protocol, cell: Cell) -> dict[str, Any]:
     ]
     worst = min(found, key=lambda one: one.impulse)
     failure = "fell" if worst.fell else "unsettled"
-    survived = [min(max(one.impulse - one.step, 0.0), one.scanned) for one in found]
+    survived = [one.survived for one in found]
     return {
         **asdict(cell),
         "impulse": worst.impulse,

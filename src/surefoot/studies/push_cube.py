@@ -11,23 +11,18 @@ narrower than the coarse step, a failure between two neighbours that were both s
 
 from __future__ import annotations
 
-import hashlib
 import math
-import platform
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from datetime import date
 from pathlib import Path
 from typing import Any
 
-import numba
 import numpy as np
 from msgspec import to_builtins
 from numpy.typing import NDArray
 
 from surefoot.checks import check_number
-from surefoot.compiling import source_stamp
 from surefoot.models.interfaces import Controller
 from surefoot.models.pushes import PUSH
 from surefoot.planning.push_limit import check_leg, fixed_steps_limit, push_limit
@@ -35,6 +30,7 @@ from surefoot.simulation.batch import simulate_batch
 from surefoot.simulation.description import describe
 from surefoot.simulation.walks import Walks
 from surefoot.studies.cell_work import Report, Row, without_infinity
+from surefoot.studies.provenance import made_with, sources_stamp
 from surefoot.studies.push_grid import PushGrid
 from surefoot.studies.push_recovery import RECOVERY_TIME
 from surefoot.studies.shards import Shards, write_table
@@ -316,16 +312,13 @@ def _limits(
 
 def _common(controller: Controller, grid: PushGrid) -> dict[str, Any]:
     """What all phases of one map must have in common, as plain values."""
-    digest = hashlib.sha256(source_stamp().encode())
-    for name in ("protocol", "push_cube", "push_grid"):
-        digest.update((Path(__file__).parent / f"{name}.py").read_bytes())
     return {
         **grid.as_numbers(),
         "robot": to_builtins(controller.robot),
         "velocity": list(controller.gait.velocity),
         "controller": f"{type(controller).__name__}({describe(controller)})",
         "version": VERSION,
-        "sources": digest.hexdigest(),
+        "sources": sources_stamp("protocol", "push_cube", "push_grid"),
     }
 
 
@@ -344,9 +337,5 @@ def _provenance(controller: Controller, grid: PushGrid, name: str) -> dict[str, 
         "step": f"{grid.step:g} N s",
         "coarse step": f"{grid.coarse:g} N s" if grid.stride > 1 else "none: all impulses walked",
         "push": f"{grid.push_duration:g} s",
-        "python": platform.python_version(),
-        "numpy": np.__version__,
-        "numba": numba.__version__,
-        "machine": f"{platform.system()} {platform.machine()}",
-        "date": date.today().isoformat(),
+        **made_with("numpy", "numba"),
     }

@@ -51,6 +51,11 @@ class PushLimit:
     scanned: float
     step: float
 
+    @property
+    def survived(self) -> float:
+        """The largest impulse that was tried below which all are survived [N s]."""
+        return min(max(self.impulse - self.step, 0.0), self.scanned)
+
 
 def smallest_failing_push(
     controller: Controller,

@@ -122,7 +122,7 @@ def survived(
 ) -> float:
     """The largest impulse below which all are survived [N s]."""
     cell = pushed.cell
-    found = smallest_failing_push(
+    return smallest_failing_push(
         controller,
         protocol.direction(cell.angle),
         start=protocol.push_start(cell.phase),
@@ -131,8 +131,7 @@ def survived(
         largest=LARGEST_SHARE * pushed.limit,
         first_support=Side.RIGHT,
         workers=workers,
-    )
-    return min(max(found.impulse - found.step, 0.0), found.scanned)
+    ).survived
 
 
 def effort_of(answered: Answer, controller: Controller) -> tuple[float, float, float]:

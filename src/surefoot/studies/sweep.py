@@ -3,23 +3,18 @@
 from __future__ import annotations
 
 import contextlib
-import hashlib
-import platform
 from collections.abc import Callable
 from dataclasses import dataclass
-from datetime import date
 from pathlib import Path
 from typing import Any
 
 import msgspec
-import numba
-import numpy as np
 
-from surefoot.compiling import source_stamp
 from surefoot.control.methods import method
 from surefoot.errors import RobotError, VelocityError
 from surefoot.models.robot import Robot, load_robot
 from surefoot.studies.cell_work import Failure, Row, measure_missing
+from surefoot.studies.provenance import made_with, sources_stamp
 from surefoot.studies.shards import Shards, write_table
 from surefoot.studies.sweep_cell import Sweep, measure_cells
 from surefoot.studies.sweep_parameters import situation
@@ -150,10 +145,7 @@ def _common(study: Study, robot: Robot) -> dict[str, Any]:
 
 def _stamp() -> str:
     """All sources that a row depends on, as a hash: the kernels, and what asks the questions."""
-    digest = hashlib.sha256(source_stamp().encode())
-    for name in ("push_recovery", "sweep_cell", "sweep_parameters", "sweep_sampling"):
-        digest.update((Path(__file__).parent / f"{name}.py").read_bytes())
-    return digest.hexdigest()
+    return sources_stamp("push_recovery", "sweep_cell", "sweep_parameters", "sweep_sampling")
 
 
 def _provenance(study: Study, robot: Robot) -> dict[str, str]:
@@ -165,9 +157,5 @@ def _provenance(study: Study, robot: Robot) -> dict[str, str]:
         "controller": study.controller,
         "sampling": study.sampling,
         "seed": str(study.seed),
-        "python": platform.python_version(),
-        "numpy": np.__version__,
-        "numba": numba.__version__,
-        "machine": f"{platform.system()} {platform.machine()}",
-        "date": date.today().isoformat(),
+        **made_with("numpy", "numba"),
     }

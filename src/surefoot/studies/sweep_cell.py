@@ -132,7 +132,7 @@ def _limit(study: Study, one: Situation) -> dict[str, Any]:
         one.controller.gait.velocity,
         one.push["phase"] * one.controller.gait.step_duration,
         one.push["duration"],
-        Side.RIGHT if one.push["step"] % 2 == 0 else Side.LEFT,
+        one.support_side,
     )
     found = smallest_failing_push(
         one.controller,
@@ -147,7 +147,6 @@ def _limit(study: Study, one: Situation) -> dict[str, Any]:
         disturbance=one.disturbance,
         must_settle=one.disturbance is None,
     )
-    survived = min(max(found.impulse - found.step, 0.0), found.scanned)
     failed = math.isfinite(found.impulse)
     return {
         "outcome": "measured",
@@ -155,7 +154,7 @@ def _limit(study: Study, one: Situation) -> dict[str, Any]:
         "delta_v": found.delta_v,
         "failure": ("fell" if found.fell else "unsettled") if failed else "none",
         "limit": limit,
-        "share": survived / limit if limit > 0.0 else math.nan,
+        "share": found.survived / limit if limit > 0.0 else math.nan,
     }
 
 

@@ -14,12 +14,14 @@ from surefoot.control.methods import method
 from surefoot.control.settings import checked_settings, settings
 from surefoot.errors import ParameterError
 from surefoot.models.estimator import whole_cycles
+from surefoot.models.footsteps import Side
 from surefoot.models.gait import GaitLimits
 from surefoot.models.interfaces import Controller
 from surefoot.models.pushes import Push
 from surefoot.models.robot import Foot, Robot, Trunk
 from surefoot.models.swing import Swing
 from surefoot.simulation.disturbance import Disturbance
+from surefoot.studies.protocol import push_direction
 
 HALVES = {"min": 0, "max": 1, "x": 0, "y": 1}
 """The halves of a pair, by the end of a name."""
@@ -122,14 +124,14 @@ class Situation:
         duration = float(self.controller.gait.step_duration)
         return (self.push["step"] + self.push["phase"]) * duration
 
+    @property
+    def support_side(self) -> Side:
+        """The foot that stands in the step of the push; in the first step it is the right one."""
+        return Side.RIGHT if self.push["step"] % 2 == 0 else Side.LEFT
+
     def direction(self) -> tuple[float, float]:
-        """Its unit vector (x, y), exact on the axes. The first step is on the right foot."""
-        outward = 1.0 if self.push["step"] % 2 == 0 else -1.0
-        quarter = {0.0: (1.0, 0.0), 90.0: (0.0, 1.0), 180.0: (-1.0, 0.0), 270.0: (0.0, -1.0)}
-        angle = self.push["angle"] % 360.0
-        radians = math.radians(angle)
-        x, y = quarter.get(angle, (math.cos(radians), math.sin(radians)))
-        return x, outward * y
+        """Its unit vector (x, y), exact on the axes."""
+        return push_direction(self.push["angle"] % 360.0, self.support_side)
 
     def made_push(self) -> Push | None:
         """The push, None if it has no impulse."""

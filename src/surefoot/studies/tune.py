@@ -4,21 +4,16 @@ how gently it answers small ones. Then say what was changed, why, and whether it
 
 from __future__ import annotations
 
-import platform
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, field
-from datetime import date
 from pathlib import Path
 from typing import Any
-
-import numba
-import numpy as np
 
 from surefoot.checks import optional_module
 from surefoot.control.settings import Settings
 from surefoot.errors import ParameterError, StudyError, SurefootError
-from surefoot.studies.compare import installed_version
 from surefoot.studies.knobs import defaults_of
+from surefoot.studies.provenance import made_with
 from surefoot.studies.push_score import Score
 from surefoot.studies.shards import claim_folder
 from surefoot.studies.trials import REFUSED, Trials, Tried, pareto_front
@@ -247,10 +242,5 @@ def _provenance(question: Question, trials: int, prefer: str) -> dict[str, str]:
         "trials": f"{trials}",
         "seed": f"{question.seed}",
         "preferred": prefer,
-        "python": platform.python_version(),
-        "numpy": np.__version__,
-        "numba": numba.__version__,
-        "optuna": installed_version("optuna"),
-        "machine": f"{platform.system()} {platform.machine()}",
-        "date": date.today().isoformat(),
+        **made_with("numpy", "numba", "optuna"),
     }

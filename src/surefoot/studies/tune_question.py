@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
-from pathlib import Path
 from typing import Any
 
 from msgspec import to_builtins
 
 from surefoot.checks import check_number, check_seed
-from surefoot.compiling import source_stamp
 from surefoot.control.settings import with_settings
 from surefoot.models.robot import Robot
-from surefoot.studies.compare import installed_version
 from surefoot.studies.knobs import Knob, knobs_of, parameters_of
 from surefoot.studies.protocol import Protocol
+from surefoot.studies.provenance import installed_version, sources_stamp
 from surefoot.studies.push_cell import limits_of
 from surefoot.studies.push_score import Pushed, Score, score
 from surefoot.version import VERSION
@@ -129,7 +126,4 @@ class Question:
 
 def tune_stamp() -> str:
     """All sources that a trial depends on, as a hash: the kernels, and what asks the questions."""
-    digest = hashlib.sha256(source_stamp().encode())
-    for name in ASKED_BY:
-        digest.update((Path(__file__).parent / f"{name}.py").read_bytes())
-    return digest.hexdigest()
+    return sources_stamp(*ASKED_BY)
