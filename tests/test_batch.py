@@ -209,6 +209,9 @@ def test_steps_to_recover_and_margin_are_those_of_the_walk() -> None:
         ({"plants": ["paper-biped"]}, "a Robot for each walk"),
         ({"starts": [3]}, "an? Observation for each walk"),
         ({"controllers": [1]}, "a Controller for each walk"),
+        ({"pushes": 2.5}, "`pushes`: a list with an entry for each walk; got 2.5"),
+        ({"seeds": iter([1, 2])}, "`seeds`: a list with an entry for each walk"),
+        ({"parameters": {"dcm_gain": 3.0}}, "`parameters.*: a list with an entry for each walk"),
     ],
 )
 def test_a_table_that_is_none(columns, words: str) -> None:
@@ -222,6 +225,11 @@ def test_a_parameter_that_is_none() -> None:
         sf.simulate_batch(controller, sf.Walks(parameters={"dcm_gian": [1.0]}))
     with pytest.raises(sf.ParameterError, match="dcm_gain"):
         sf.simulate_batch(controller, sf.Walks(parameters={"dcm_gain": [3.0, -1.0]}))
+    with pytest.raises(sf.ParameterError, match="numbers, words or pairs for dcm_gain"):
+        sf.simulate_batch(controller, sf.Walks(parameters={"dcm_gain": [{"x": 1.0}]}))
+    for count in (2.5, True):
+        with pytest.raises(sf.ParameterError, match="a list with an entry for each walk"):
+            sf.simulate_batch(controller, count)  # type: ignore[arg-type]
     with pytest.raises(sf.ParameterError, match="PUSH records"):
         sf.simulate_batch(controller, sf.Walks(pushes=np.zeros(3)))
     with pytest.raises(sf.ParameterError, match="a Push"):

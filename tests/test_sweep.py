@@ -442,6 +442,26 @@ def test_the_command(walked, tmp_path) -> None:
     assert "a readable study" in bad.output
 
 
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (("--plot", "PLOT", "--quantity", "impulse"), "a quantity of this table (survived, "),
+        (("--plot", "PLOT", "--quantity", "stepz"), "did you mean `steps`"),
+        (("--quantity", "steps"), "expected --plot with --quantity"),
+    ],
+)
+def test_a_quantity_that_is_none_is_refused_before_anything_is_measured(
+    options: tuple[str, ...], words: str, tmp_path
+) -> None:
+    study, folder = tmp_path / "study.toml", tmp_path / "table"
+    study.write_text(WALKS)
+    given = [str(tmp_path / "sweep.png") if one == "PLOT" else one for one in options]
+    told = CliRunner().invoke(main, ["sweep", str(study), "--out", str(folder), *given])
+    assert told.exit_code == 2
+    assert words in told.output
+    assert not folder.exists()
+
+
 def test_a_robot_beside_the_study(tmp_path) -> None:
     text = (Path(sf.__file__).parent / "models" / "robots" / "paper-biped.toml").read_text()
     (tmp_path / "mine.toml").write_text(text)

@@ -444,6 +444,8 @@ def test_the_command_writes_settings_that_walk(tuned: tuple[Tuned, Path]) -> Non
     assert json.loads(walk.stdout)["controller"] == "DcmTracking"
     report = (folder / "tune.md").read_text()
     assert f"--settings {path}" in report
+    # Whether it holds stands where it is used, too.
+    assert f"# {verdict(result.as_numbers())}" in path.read_text()
     assert (folder / "tune.png").read_bytes().startswith(b"\x89PNG")
 
 

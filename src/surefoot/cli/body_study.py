@@ -7,10 +7,7 @@ from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Any
 
-import click
-
-INCOMPLETE, STOPPED = 1, 130
-"""Exit status if a cell could not be measured, and if the study was stopped."""
+from surefoot.cli.study_end import stopped_by_ctrl_c, tell_failures
 
 Progress = Callable[[str], AbstractContextManager[Callable[[int, int], None]]]
 """Shows how far something is, by its name."""
@@ -36,16 +33,8 @@ def study_bodies(
     from surefoot.checks import check_folder
 
     check_folder(out)
-    try:
+    with stopped_by_ctrl_c(out):
         results = [measure(protocol, out / protocol.robot.name) for protocol in protocols]
-    except KeyboardInterrupt:
-        click.echo(
-            f"stopped; what is measured is kept in {out}, and the same command goes on there",
-            err=True,
-        )
-        return STOPPED
-    failures = [failure for result in results for failure in result.failures]
-    for failure in failures:
-        click.echo(f"could not be measured: {failure.cell}: {failure.error}", err=True)
+    status = tell_failures([failure for result in results for failure in result.failures])
     show(results)
-    return INCOMPLETE if failures else 0
+    return status

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from surefoot.cli.arguments import check_plotting, given, json_option, print_json, progress_bar
-from surefoot.cli.body_study import INCOMPLETE, STOPPED
 from surefoot.cli.compare_body import (
     BODY_STEP,
     BODY_VELOCITY,
@@ -21,6 +20,7 @@ from surefoot.cli.compare_body import (
     refuse_others,
 )
 from surefoot.cli.compare_walks import WalkQuestion, compare_walks, refuse_of_pushes
+from surefoot.cli.study_end import stopped_by_ctrl_c, tell_failures
 
 if TYPE_CHECKING:
     from surefoot.models.robot import Robot
@@ -191,20 +191,12 @@ def _all_disturbances(named: tuple[str, ...]) -> tuple[str, ...]:
 def _compare(protocol: Protocol, out: Path, workers: int, as_json: bool) -> int:
     from surefoot.studies.compare import compare_methods
 
-    try:
-        with progress_bar("measuring") as report:
-            result = compare_methods(protocol, out, workers=workers, report=report)
-    except KeyboardInterrupt:
-        click.echo(
-            f"stopped; what is measured is kept in {out}, and the same command goes on there",
-            err=True,
-        )
-        return STOPPED
-    for failure in result.failures:
-        click.echo(f"could not be measured: {failure.cell}: {failure.error}", err=True)
+    with stopped_by_ctrl_c(out), progress_bar("measuring") as report:
+        result = compare_methods(protocol, out, workers=workers, report=report)
+    status = tell_failures(result.failures)
     show = _show if protocol.must_settle else _show_budget
     show(result, out, as_json)
-    return INCOMPLETE if result.failures else 0
+    return status
 
 
 def _show(result: Any, out: Path, as_json: bool) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +15,7 @@ from surefoot.cli.arguments import (
     progress_bar,
     robot_option,
 )
-from surefoot.cli.body_study import STOPPED
+from surefoot.cli.study_end import stopped_by_ctrl_c
 
 
 @click.command("push-map")
@@ -81,28 +80,20 @@ def push_map(
     grid = PushGrid(directions, phases, step, step if full else coarse, push_duration)
     who = method(key)
     controller = who.controller(load_robot(robot).with_leg(max_speed=leg_speed), velocity)
-    sys.exit(_map(controller, who.label, grid, out, workers, as_json))
+    _map(controller, who.label, grid, out, workers, as_json)
 
 
 def _map(
     controller: Any, label: str, grid: Any, out: Path, workers: int | None, as_json: bool
-) -> int:
+) -> None:
     from surefoot.studies.push_cube import measure_cube, warm_up
 
-    try:
+    with stopped_by_ctrl_c(out, "the phases that are finished are kept"):
         with compiling_notice(patience=6.0, about="a minute"):
             warm_up(controller)
         with progress_bar("pushing") as report:
             result = measure_cube(controller, grid, out, name=label, workers=workers, report=report)
-    except KeyboardInterrupt:
-        click.echo(
-            f"stopped; the phases that are finished are kept in {out}, and the same command goes "
-            "on there",
-            err=True,
-        )
-        return STOPPED
     _show(result, out, as_json)
-    return 0
 
 
 def _show(result: Any, out: Path, as_json: bool) -> None:

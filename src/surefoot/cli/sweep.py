@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from surefoot.cli.arguments import check_plotting, json_option, print_json, progress_bar
-from surefoot.cli.body_study import INCOMPLETE, STOPPED
+from surefoot.cli.study_end import stopped_by_ctrl_c, tell_failures
 
 if TYPE_CHECKING:
     from surefoot.studies.sweep import SweepTable
+    from surefoot.studies.sweep_study import Study
 
 
 @click.command()
@@ -48,6 +49,7 @@ def sweep(
     Exits with 1 if a cell could not be measured.
     """
     from surefoot.checks import check_writable
+    from surefoot.errors import ParameterError
     from surefoot.studies.sweep import TABLE, run_sweep
     from surefoot.studies.sweep_study import load_study
     from surefoot.studies.workers import Cluster, Processes
@@ -57,21 +59,18 @@ def sweep(
     if plot is not None:
         check_plotting()
         check_writable(plot, (".png", ".pdf", ".svg"))
+        _check_quantity(asked, quantity)
+    elif quantity is not None:
+        raise ParameterError("--plot with --quantity", "no --plot", "give --plot FILE.png")
     who = Processes(workers) if cluster is None else Cluster(cluster)
-    try:
-        with progress_bar("measuring") as report:
-            found = run_sweep(asked, folder, workers=who, report=report)
-    except KeyboardInterrupt:
-        click.echo(
-            f"stopped; what is measured is kept in {folder}, and the same command goes on there",
-            err=True,
-        )
-        sys.exit(STOPPED)
-    for failure in found.failures:
-        where = ", ".join(
-            f"{name} = {value}" for name, value in zip(asked.vary, failure.cell.values, strict=True)
-        )
-        click.echo(f"could not be measured: {where}: {failure.error.strip()}", err=True)
+    with stopped_by_ctrl_c(folder), progress_bar("measuring") as report:
+        found = run_sweep(asked, folder, workers=who, report=report)
+    status = tell_failures(
+        found.failures,
+        lambda cell: ", ".join(
+            f"{name} = {value}" for name, value in zip(asked.vary, cell.values, strict=True)
+        ),
+    )
     if plot is not None:
         _draw(found, plot, quantity)
     if as_json:
@@ -79,7 +78,19 @@ def sweep(
     else:
         _show(found)
         click.echo(f"\ntable: {folder / TABLE}" + (f", picture: {plot}" if plot else ""))
-    sys.exit(INCOMPLETE if found.failures else 0)
+    sys.exit(status)
+
+
+def _check_quantity(study: Study, name: str | None) -> None:
+    """Refuse a quantity that the table will not have, before hours of measuring.
+
+    Raises:
+        ParameterError: there is none of that name.
+    """
+    from surefoot.studies.sweep_cell import RESULTS
+    from surefoot.viewers.sweep_columns import quantity
+
+    quantity([RESULTS[study.measure]], list(study.vary), name)
 
 
 def _draw(found: SweepTable, path: Path, quantity: str | None) -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import shlex
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +18,7 @@ from surefoot.cli.arguments import (
     progress_bar,
     robot_option,
 )
-from surefoot.cli.body_study import STOPPED
+from surefoot.cli.study_end import stopped_by_ctrl_c
 
 USUAL_LEG_SPEED = 3.0
 """Of a robot whose file names no limit [m/s]."""
@@ -109,26 +108,18 @@ def tune(
     walk = f"surefoot walk --robot {shlex.quote(robot)} --velocity {velocity[0]:g} {velocity[1]:g}"
     if leg_speed is not None:
         walk += f" --leg-speed {leg_speed:g}"
-    sys.exit(_tune(question, out, trials, prefer, workers, walk, as_json))
+    _tune(question, out, trials, prefer, workers, walk, as_json)
 
 
 def _tune(
     question: Any, out: Path, trials: int, prefer: str, workers: int | None, walk: str,
     as_json: bool,
-) -> int:  # fmt: skip
+) -> None:  # fmt: skip
     from surefoot.studies.tune import tune as search
 
-    try:
-        with progress_bar("tuning") as report:
-            tuned = search(question, out, trials, prefer=prefer, workers=workers, report=report)
-    except KeyboardInterrupt:
-        click.echo(
-            f"stopped; what is measured is kept in {out}, and the same command goes on there",
-            err=True,
-        )
-        return STOPPED
+    with stopped_by_ctrl_c(out), progress_bar("tuning") as report:
+        tuned = search(question, out, trials, prefer=prefer, workers=workers, report=report)
     _show(tuned, out, walk, as_json)
-    return 0
 
 
 def _show(tuned: Any, out: Path, walk: str, as_json: bool) -> None:

@@ -66,6 +66,11 @@ class Walks:
     def __post_init__(self) -> None:
         columns: dict[str, Sized | None] = {name: getattr(self, name) for name in COLUMNS}
         columns |= {f"parameters[{name!r}]": rows for name, rows in self.parameters.items()}
+        for name, rows in columns.items():
+            if rows is not None and not isinstance(rows, Sized):
+                raise ParameterError(
+                    f"`{name}`: a list with an entry for each walk", repr(rows), "write [...]"
+                )
         lengths = {name: len(rows) for name, rows in columns.items() if rows is not None}
         if self.count is not None:
             whole = isinstance(self.count, (int, np.integer)) and not isinstance(self.count, bool)
@@ -176,7 +181,15 @@ class Walks:
         )
         # A robot is compared by what it says, which takes its time; by identity it does not.
         key = tuple(id(value) if isinstance(value, Robot) else value for value in values)
-        if key not in made:
+        try:
+            known = key in made
+        except TypeError:
+            raise ParameterError(
+                f"numbers, words or pairs for {', '.join(self.parameters)}",
+                repr(row),
+                "pass `controllers` for anything else",
+            ) from None
+        if not known:
             changes = dict(zip(self.parameters, values, strict=True))
             made[key] = replace(controller, **changes)  # type: ignore[type-var]
         return made[key]

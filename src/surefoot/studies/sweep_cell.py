@@ -40,6 +40,9 @@ LIMITS = {
 """What a row says of a push limit: "measured" or "refused"; the smallest failing impulse [N s, m/s]
 and how it failed; the limit for anybody [N s], and what is survived as a share of it."""
 
+RESULTS = {"walk": OUTCOMES, "push-limit": LIMITS}
+"""What a row says of what was measured, before it is."""
+
 
 @dataclass(frozen=True)
 class Sweep:
@@ -70,7 +73,7 @@ def measure_cells(sweep: Sweep, cells: Sequence[SweepCell]) -> list[dict[str, An
     """
     rows: list[dict[str, Any] | str] = []
     made: list[tuple[int, Situation]] = []
-    usual = OUTCOMES if sweep.study.measure == "walk" else LIMITS
+    usual = RESULTS[sweep.study.measure]
     for index, cell in enumerate(cells):
         row = {**sweep.row(cell), **usual, "error": None}
         try:

@@ -81,6 +81,7 @@ def settings_notes(tuned: Mapping[str, Any], command: str) -> list[str]:
     return [
         f"{_title(tuned)} (Surefoot {VERSION}, {about['trials']} trials, seed {about['seed']})",
         *changes(tuned),
+        *([verdict(tuned)] if tuned["changed"] else []),
         f"Walk with it: {command}",
     ]
 
