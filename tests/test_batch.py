@@ -227,8 +227,8 @@ def test_a_parameter_that_is_none() -> None:
         sf.simulate_batch(controller, sf.Walks(parameters={"dcm_gain": [3.0, -1.0]}))
     with pytest.raises(sf.ParameterError, match="numbers, words or pairs for dcm_gain"):
         sf.simulate_batch(controller, sf.Walks(parameters={"dcm_gain": [{"x": 1.0}]}))
-    for count in (2.5, True):
-        with pytest.raises(sf.ParameterError, match="a list with an entry for each walk"):
+    for count, said in ((2.5, "a list with an entry for each walk"), (True, "a number of walks")):
+        with pytest.raises(sf.ParameterError, match=said):
             sf.simulate_batch(controller, count)  # type: ignore[arg-type]
     with pytest.raises(sf.ParameterError, match="PUSH records"):
         sf.simulate_batch(controller, sf.Walks(pushes=np.zeros(3)))

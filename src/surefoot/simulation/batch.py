@@ -254,9 +254,9 @@ def simulate_batch(
 def _table(walks: Walks | Sequence[Sequence[Push]] | int, disturbance: Disturbance | None) -> Walks:
     if isinstance(walks, Walks):
         return walks
-    if isinstance(walks, (int, np.integer)) and not isinstance(walks, bool):
+    if isinstance(walks, (int, np.integer)):
         seed = (disturbance or Disturbance()).seed
-        return Walks(count=int(walks), seeds=range(seed, seed + int(walks)))
+        return Walks(count=walks, seeds=range(seed, seed + int(walks)))
     return Walks(pushes=walks)
 
 
