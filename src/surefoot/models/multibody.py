@@ -258,13 +258,17 @@ def _chain(spec: mujoco.MjSpec, foot: str, base: str) -> list[mujoco.MjsBody]:
 
 
 def _add_legs(spec: mujoco.MjSpec, body: Body) -> None:
-    """Capsules from joint to joint: where links are long, they are thighs and shanks."""
+    """Capsules from joint to joint: where links are long, they are thighs and shanks.
+
+    The end of a shank is as thick as an ankle is high. It does not touch the floor, where the sole
+    under it does; a knee that does is that of the thigh.
+    """
     for index, foot in enumerate(body.feet):
-        links = _chain(spec, foot, body.base)
-        for upper, lower in pairwise(links):
-            end = np.array(lower.pos)
-            if np.linalg.norm(end) < 3.0 * body.leg_radius:
-                continue
+        links = pairwise(_chain(spec, foot, body.base))
+        ends = [(upper, np.array(lower.pos)) for upper, lower in links]
+        long = [one for one in ends if np.linalg.norm(one[1]) >= 3.0 * body.leg_radius]
+        for place, (upper, end) in enumerate(long):
+            shank = 0 < place == len(long) - 1
             upper.add_geom(
                 name=f"{SIDES[index]}_{upper.name}_leg",
                 type=mujoco.mjtGeom.mjGEOM_CAPSULE,
@@ -274,7 +278,7 @@ def _add_legs(spec: mujoco.MjSpec, body: Body) -> None:
                 group=3,
                 condim=1,
                 contype=_LEG_BIT[index],
-                conaffinity=_FLOOR | _LEG_BIT[1 - index],
+                conaffinity=_LEG_BIT[1 - index] | (0 if shank else _FLOOR),
                 rgba=(0.5, 0.5, 0.5, 0.3),
             )
 
