@@ -167,14 +167,12 @@ def test_a_landing_is_not_believed_at_once(body_control: sf.BodyControl) -> None
         sf.simulate_body(body_control, 2.5, noise=noise)
         for noise in (None, Spikes(False), Spikes(True))
     )
-    assert len(noisy.footsteps) == len(plain.footsteps)
-    ends = [
-        np.array([step.start + step.duration for step in one.footsteps])[:3]
-        for one in (plain, noisy, wrong)
-    ]
-    # The estimate listens to the forces, too: the walks are not quite the same.
-    assert ends[1] == pytest.approx(ends[0], abs=0.012)
-    assert (ends[2] < ends[0] - 0.02).any(), ends
+    usual, sooner, at_once = (
+        min(step.duration for step in one.footsteps) for one in (plain, noisy, wrong)
+    )
+    # A real touch is believed a little sooner with a spike on top; a spike alone is not.
+    assert sooner > 0.85 * usual
+    assert at_once < 0.5 * usual
 
 
 def test_an_estimate_knows_by_itself_how_late_its_sensors_are(

@@ -31,8 +31,9 @@ STEP_DURATION = (0.2, 0.5)
 """Shortest and longest step, unless the body has its own limits of the gait [s]: heavy legs are not
 put down sooner, and a shorter step leaves the DCM less time."""
 
-SWING = Swing(height=0.05, landing_velocity=0.15, max_speed=4.0, max_acceleration=40.0)
-"""Likewise how the feet swing."""
+SWING = Swing(height=0.05, landing_velocity=0.05, max_speed=4.0, max_acceleration=40.0)
+"""Likewise how the feet swing: one that comes down faster is higher up when a late push sends it
+on, and strikes the floor on its way."""
 
 PARAMETERS = MappingProxyType({"unified": {"horizon": 0.1, "tau_weight": 0.01, "commitment": 0.1}})
 """What a method does differently on a body, by its key in `control.methods`.

@@ -7,8 +7,8 @@ starts from its last answer would make the outcome depend on what was asked befo
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
-from dataclasses import asdict, dataclass, replace
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass, field, replace
 from functools import lru_cache
 from typing import Any
 
@@ -17,7 +17,6 @@ import numpy as np
 from surefoot.control.body_control import BodyControl, BodyState
 from surefoot.control.body_gait import body_control, walking_robot
 from surefoot.models.body_state import BodyEstimator
-from surefoot.models.footsteps import Side
 from surefoot.models.interfaces import Controller
 from surefoot.models.joint_command import JointCommand
 from surefoot.models.multibody import SIDES, TIME_STEP, Multibody, load_multibody
@@ -29,7 +28,6 @@ from surefoot.simulation.body_plant import STANDS, BodyPlant
 from surefoot.simulation.body_recorder import BodyRecorder, Record
 from surefoot.simulation.body_rollout import make_rollout, senses_words
 from surefoot.simulation.body_senses import BodySight
-from surefoot.simulation.outcome import BACK_STEPS, is_in_gait
 from surefoot.simulation.rollout import Rollout
 from surefoot.studies.body_protocol import (
     PUSH_DURATION,
@@ -40,16 +38,13 @@ from surefoot.studies.body_protocol import (
     body_method,
     push_of,
 )
+from surefoot.studies.body_settling import BegunStep, Settling, Steps
 
 LONGEST_APPROACH = 15.0
 """A robot that has not come to the step that is pushed by then never does [s]."""
 
 STUCK = 2.0
 """A robot that stands on one foot for longer than this does not walk on [s]."""
-
-SETTLED_OFFSET = 0.015
-"""A push is over when `BACK_STEPS` in a row begin that near to the gait [m], after steps that last
-as long as its own (`is_in_gait`): what is left of the time is a walk without a push."""
 
 BEFORE_PUSH = "before the push"
 """The cause of a fall that no push brought about."""
@@ -101,6 +96,7 @@ class Moment:
         fate: what has become of the robot, see `simulation.body_plant`.
         cycles: how many there were.
         settled: whether the robot is back in its gait.
+        usual: the last steps of the walk so far, by side, if it was not pushed.
     """
 
     plant: BodyPlant
@@ -111,6 +107,7 @@ class Moment:
     fate: int
     cycles: int
     settled: bool = False
+    usual: Mapping[int, BegunStep] = field(default_factory=dict)
 
     @property
     def time(self) -> float:
@@ -126,32 +123,6 @@ Watch = Callable[[BodyControl, BodyState], None]
 
 def unwatched(control: BodyControl, state: BodyState) -> None:
     """Look at nothing."""
-
-
-class Settling:
-    """Watches whether a robot is back in its gait, one touchdown after another.
-
-    Args:
-        from_time: when the push is over [s].
-    """
-
-    def __init__(self, from_time: float) -> None:
-        self._from, self._step, self._began, self._count = from_time, -1, 0.0, 0
-
-    def done(self, state: BodyState) -> bool:
-        """Whether enough steps in a row were as in the gait; to be asked in every cycle."""
-        walk = state.walk[0]
-        if walk["phase"] != WALKING or walk["steps"] == self._step:
-            return self._count >= BACK_STEPS
-        gait, seen = state.controller, state.observation
-        duration, self._began = walk["began"] - self._began, walk["began"]
-        self._step = walk["steps"]
-        nominal = gait.first_observation(Side(int(seen.support_side)))
-        away = (seen.dcm - seen.support_foot) - (nominal.dcm - nominal.support_foot)
-        late = float(duration - gait.gait.step_duration)
-        near = is_in_gait((float(np.hypot(*away)),), (SETTLED_OFFSET,), late)
-        self._count = self._count + 1 if near and walk["began"] > self._from else 0
-        return self._count >= BACK_STEPS
 
 
 def _walk(
@@ -206,8 +177,12 @@ def walk_to(protocol: BodyProtocol, key: str, foot: str, phase: float) -> Moment
     recorder = BodyRecorder(plant, state, protocol.estimate, 1)
     start = Moment(plant, sight, state, None, recorder.record(0), STANDS, 0)
 
+    steps, usual = Steps(), {}
+
     def due(state: BodyState) -> bool:
-        walk = state.walk[0]
+        walk, begun = state.walk[0], steps.begun(state)
+        if begun is not None:
+            usual[begun.side] = begun
         if walk["phase"] != WALKING or walk["steps"] < PUSHED_STEP or walk["support"] != support:
             return False
         # The next cycle is the first of the push.
@@ -215,7 +190,8 @@ def walk_to(protocol: BodyProtocol, key: str, foot: str, phase: float) -> Moment
         return bool(elapsed >= phase * state.command.step_duration - 1e-9)
 
     cycles = round(LONGEST_APPROACH / TIME_STEP)
-    return _walk(control, start, Steering(protocol.velocity), cycles, due, True)
+    end = _walk(control, start, Steering(protocol.velocity), cycles, due, True)
+    return replace(end, usual=usual)
 
 
 @lru_cache(maxsize=2)
@@ -247,7 +223,7 @@ def push_from(
     begin = Moment(plant, sight, moment.state, moment.command, moment.record, moment.fate, 0)
     cycles = round((PUSH_DURATION + RECOVERY_TIME) / TIME_STEP)
 
-    settling = Settling(push.end)
+    settling = Settling(moment.usual, push.end)
 
     def over(state: BodyState) -> bool:
         stuck = state.walk["now"][0] - state.walk["began"][0] > STUCK
