@@ -97,7 +97,7 @@ class BodyControl:
     settle_time: float = 0.3
     shift_time: float = 0.6
     place_rate: float = 0.5
-    most_correction: float = 0.1
+    most_correction: float = 0.15
     furthest: float = 0.3
     knee_bend: float = 0.3
     most_drop: float = 0.12
