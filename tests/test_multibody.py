@@ -57,6 +57,28 @@ def test_file_and_model_agree(name: str) -> None:
     assert pose.spacing == pytest.approx(robot.hip, abs=1e-4)
 
 
+def on_the_floor(mechanism: Multibody, lower: float, bend: float = 0.0) -> set[str]:
+    """What touches the floor if the robot is that much lower, knees bent further."""
+    data = mujoco.MjData(mechanism.model)
+    data.qpos[:] = mechanism.nominal
+    data.qpos[2] -= lower
+    for name in mechanism.joint_names:
+        if "knee" in name:
+            data.qpos[mechanism.model.joint(name).qposadr[0]] += bend
+    mujoco.mj_forward(mechanism.model, data)
+    names = {mechanism.model.geom(one).name for contact in data.contact for one in contact.geom}
+    return names - {"floor"} if "floor" in names else set()
+
+
+@pytest.mark.parametrize("name", [one for one in PRESETS if one != "talos"])
+def test_a_sole_that_sinks_in_is_no_fall_and_a_knee_on_the_floor_is(name: str) -> None:
+    mechanism = mechanism_of(name)
+    assert on_the_floor(mechanism, 0.015) == {"left_sole", "right_sole"}
+    knees = on_the_floor(mechanism, 0.62 * mechanism.robot.com_height, 0.6)
+    assert len(knees - {"left_sole", "right_sole"}) == 2
+    assert not any("shank" in one or "knee_link" in one for one in knees)
+
+
 @pytest.mark.parametrize("name", PRESETS)
 def test_it_stands_flat_under_its_com(name: str) -> None:
     pose = pose_of(name)

@@ -258,17 +258,14 @@ def _chain(spec: mujoco.MjSpec, foot: str, base: str) -> list[mujoco.MjsBody]:
 
 
 def _add_legs(spec: mujoco.MjSpec, body: Body) -> None:
-    """Capsules from joint to joint: where links are long, they are thighs and shanks.
-
-    The end of a shank is as thick as an ankle is high. It does not touch the floor, where the sole
-    under it does; a knee that does is that of the thigh.
-    """
+    """Capsules from joint to joint: where links are long, they are thighs and shanks. The end of a
+    shank is thicker than an ankle is high: only the thigh, with the knee, touches the floor."""
     for index, foot in enumerate(body.feet):
         links = pairwise(_chain(spec, foot, body.base))
         ends = [(upper, np.array(lower.pos)) for upper, lower in links]
         long = [one for one in ends if np.linalg.norm(one[1]) >= 3.0 * body.leg_radius]
         for place, (upper, end) in enumerate(long):
-            shank = 0 < place == len(long) - 1
+            floor = 0 if 0 < place == len(long) - 1 else _FLOOR
             upper.add_geom(
                 name=f"{SIDES[index]}_{upper.name}_leg",
                 type=mujoco.mjtGeom.mjGEOM_CAPSULE,
@@ -278,7 +275,7 @@ def _add_legs(spec: mujoco.MjSpec, body: Body) -> None:
                 group=3,
                 condim=1,
                 contype=_LEG_BIT[index],
-                conaffinity=_LEG_BIT[1 - index] | (0 if shank else _FLOOR),
+                conaffinity=floor | _LEG_BIT[1 - index],
                 rgba=(0.5, 0.5, 0.5, 0.3),
             )
 
