@@ -66,10 +66,11 @@ def on_the_floor(mechanism: Multibody, lower: float, bend: float = 0.0) -> set[s
         if "knee" in name:
             data.qpos[mechanism.model.joint(name).qposadr[0]] += bend
     mujoco.mj_forward(mechanism.model, data)
-    names = {mechanism.model.geom(one).name for contact in data.contact for one in contact.geom}
-    return names - {"floor"} if "floor" in names else set()
+    pairs = [{mechanism.model.geom(one).name for one in contact.geom} for contact in data.contact]
+    return {name for pair in pairs if "floor" in pair for name in pair - {"floor"}}
 
 
+# The joints of TALOS have numbers and no names: none is found to be bent.
 @pytest.mark.parametrize("name", [one for one in PRESETS if one != "talos"])
 def test_a_sole_that_sinks_in_is_no_fall_and_a_knee_on_the_floor_is(name: str) -> None:
     mechanism = mechanism_of(name)

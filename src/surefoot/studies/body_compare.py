@@ -107,7 +107,7 @@ def compare_on_body(
 
 def stamp() -> str:
     """All sources that a row depends on, as a hash: the kernels, and what asks the questions."""
-    return sources_stamp("body_protocol", "body_push")
+    return sources_stamp("body_protocol", "body_push", "body_settling")
 
 
 def robot_hash(robot: Robot) -> str:
