@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import msgspec
 import numpy as np
@@ -157,6 +158,35 @@ def test_a_course_waits_and_pulls() -> None:
     # Ahead in the world is to the right of a robot that heads to the left.
     assert course.correction((0.0, 0.0), 0.5, 1.0) == pytest.approx((0.0, -0.5))
     assert course.correction((0.0, 0.0), 0.5, 0.1) == pytest.approx((0.0, -0.1))
+
+
+def test_a_course_learns_what_takes_the_robot_off_it() -> None:
+    """A robot that goes 0.04 m/s to its left by itself ends up on its course, whatever its heading,
+    and is never further away than the error of a loop that does not learn."""
+    turning, step, pull, rate, most = 0.2, 0.4, 0.04, 0.5, 0.15
+    place, course, steering = (0.0, 0.0), Course((0.0, 0.0), 1.0, 0.0), Steering((0.3, 0.0), turning)
+    errors = []
+    for n in range(1, 151):
+        told = course.correction(place, rate, most)
+        moved = course.moved(steering, n * step)
+        x, y = rotated((told[0] + 0.3, told[1] + pull), course.heading + 0.5 * turning * step)
+        place = (place[0] + x * step, place[1] + y * step)
+        course = moved.learning(place, rate, most, step)
+        errors.append(math.dist(place, course.place))
+    assert max(errors) < pull / rate
+    assert errors[-1] < 1e-3
+    assert course.drift == pytest.approx((0.0, -pull), abs=2e-3)
+
+
+def test_a_course_learns_nothing_from_a_push() -> None:
+    """What is corrected as much as it may be is no drift; the way back is learnt from again."""
+    course = Course((0.0, 0.0), 0.0, 0.0, (0.01, -0.02))
+    away = course.learning((-0.4, 0.4), 0.5, 0.15, 0.4)
+    assert away == course
+    near = course.learning((0.1, 0.0), 0.5, 0.15, 0.4)
+    assert near.drift == pytest.approx((0.01 - 0.25 * 0.25 * 0.4 * 0.1, -0.02))
+    much = replace(course, drift=(0.2, 0.0))
+    assert much.learning((0.05, 0.0), 0.5, 0.15, 0.4).drift[0] < 0.2
 
 
 def test_a_turn_and_back_is_nothing() -> None:

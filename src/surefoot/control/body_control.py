@@ -310,6 +310,8 @@ class BodyControl:
             walk["heading"], memory = heading, None
         controller = state.controller
         if walking:
+            elapsed = time - state.course.time
+            course = course.learning(place, self.place_rate, self.most_correction, elapsed)
             controller = self._towards(controller, course, place, steering)
         return replace(
             state, controller=controller, course=course, memory=memory, slow_steps=slow_steps

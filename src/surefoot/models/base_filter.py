@@ -14,9 +14,13 @@ orientation's error is a small turn about the axes of the world. Gravity needs n
 a base that is thought to lean is thought to accelerate, and the feet say that it does not.
 
 A foot that touches down is put where the kinematics has it, and its height is drawn to the floor's.
-Its place is the less certain with time the lighter it stands. Where a foot is off by more than
-`TRUSTED` standard deviations it is taken to have slipped: it is made so uncertain that it is off
-by just that many. Position and heading in the world are remembered, not measured: they drift.
+Its place is the less certain with time the lighter it stands. A leg that swings turns the other's
+sole on the floor, by hundredths of a radian, one way with the left and the other with the right: a
+heading that was believed then would pass for an offset of the gyroscope. That is found in a stand,
+and while the robot walks the gyroscope is believed more than the headings. Where a foot is off by
+more than `TRUSTED` standard deviations it is taken to have slipped: it is made so uncertain that it
+is off by just that many. Position and heading in the world are remembered, not measured: they
+drift.
 """
 
 from __future__ import annotations
@@ -61,6 +65,7 @@ BASE_NOISE = np.dtype(
         ("light_slip", "f8"),
         ("landing_slip", "f8"),
         ("twist", "f8"),
+        ("swing_twist", "f8"),
         ("floor", "f8"),
         ("load", "f8"),
         ("period", "f8"),
@@ -68,8 +73,9 @@ BASE_NOISE = np.dtype(
 )
 """Standard deviations: encoder [rad], gyroscope [rad/s], accelerometer [m/s^2], first offset of the
 gyroscope [rad/s] and its random walk [rad/s^1.5]; random walk of a sole that stands with full
-weight, what is added to it with none and at touchdown [m/s^0.5], and of its heading [rad/s^0.5];
-height of the floor [m]. Half of the robot's weight [N], and the period [s]."""
+weight, what is added to it with none and at touchdown [m/s^0.5]; of its heading while both stand,
+and what is added to it while the other leg swings [rad/s^0.5]; height of the floor [m]. Half of the
+robot's weight [N], and the period [s]."""
 
 ROW = np.dtype(
     [
@@ -156,17 +162,18 @@ def landing(base, foot) -> float:
 
 
 @njit
-def _loosen_foot(base, noise, foot, load):
-    """A standing sole's place is less certain after a period, the more so the lighter it is."""
+def _loosen_foot(base, noise, foot, load, alone):
+    """A standing sole is less certain after a period: the lighter it is, and if it is `alone`."""
     light = 1.0 - min(max(load / noise.load, 0.0), 1.0) if math.isfinite(load) else 1.0
     fresh = landing(base, foot)
     slip = noise.slip**2 + (light * noise.light_slip) ** 2 + (fresh * noise.landing_slip) ** 2
+    twist = noise.twist**2 + (noise.swing_twist**2 if alone else 0.0)
     base.standing[foot] += noise.period
     for i in range(3):
         here = FEET + 3 * foot + i
         base.covariance[here, here] += slip * noise.period
     here = HEADINGS + foot
-    base.covariance[here, here] += noise.twist**2 * noise.period
+    base.covariance[here, here] += twist * noise.period
 
 
 @njit
@@ -317,7 +324,7 @@ def listen_to_feet(base, noise, soles, feet, force):
             _look_at_floor(base, noise, foot, rows[count])
             count += 1
         else:
-            _loosen_foot(base, noise, foot, force[foot])
+            _loosen_foot(base, noise, foot, force[foot], feet[1 - foot] == 0)
             _look_at_foot(base, noise, soles, foot, rows, count)
             count += 4
     found = np.zeros(ERRORS)

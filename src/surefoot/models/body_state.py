@@ -71,6 +71,7 @@ _NOISE = {
     "light_slip": "light_slip",
     "landing_slip": "landing_slip",
     "twist": "twist",
+    "swing_twist": "swing_twist",
     "floor": "floor",
     "period": "period",
 }
@@ -88,6 +89,7 @@ _UNITS = {
     "light_slip": "m/s^0.5",
     "landing_slip": "m/s^0.5",
     "twist": "rad/s^0.5",
+    "swing_twist": "rad/s^0.5",
     "floor": "m",
     "period": "s",
 }
@@ -293,7 +295,8 @@ class BodyEstimator:
         slip: random walk of a standing sole [m/s^0.5].
         light_slip: what is added to it when no weight is on the sole [m/s^0.5].
         landing_slip: what is added to it at touchdown, and fades [m/s^0.5].
-        twist: random walk of a standing sole's heading [rad/s^0.5].
+        twist: random walk of a sole's heading while both stand [rad/s^0.5].
+        swing_twist: what is added to it while the other leg swings [rad/s^0.5].
         floor: how uneven the floor is where a foot lands, standard deviation [m].
         delay: age of the senses, a whole number of periods; 0 predicts nothing [s].
         period: control period [s].
@@ -313,7 +316,8 @@ class BodyEstimator:
     slip: float = 0.0005
     light_slip: float = 0.3
     landing_slip: float = 0.1
-    twist: float = 0.002
+    twist: float = 0.0002
+    swing_twist: float = 0.02
     floor: float = 0.01
     delay: float = 0.0
     period: float = 0.001
