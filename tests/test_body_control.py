@@ -164,7 +164,8 @@ def test_a_course_learns_what_takes_the_robot_off_it() -> None:
     """A robot that goes 0.04 m/s to its left by itself ends up on its course, whatever its heading,
     and is never further away than the error of a loop that does not learn."""
     turning, step, pull, rate, most = 0.2, 0.4, 0.04, 0.5, 0.15
-    place, course, steering = (0.0, 0.0), Course((0.0, 0.0), 1.0, 0.0), Steering((0.3, 0.0), turning)
+    place, course = (0.0, 0.0), Course((0.0, 0.0), 1.0, 0.0)
+    steering = Steering((0.3, 0.0), turning)
     errors = []
     for n in range(1, 151):
         told = course.correction(place, rate, most)
