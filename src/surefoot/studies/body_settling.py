@@ -1,4 +1,8 @@
-"""When a body that was pushed is back in its gait: what is left is a walk like the one before."""
+"""When a body that was pushed is back in a gait: every step is like the last one on that foot.
+
+Not necessarily in the one that it was pushed out of: what holds the place and the speed tells the
+controller another velocity afterwards, for as long as it takes to make up for what the push took.
+"""
 
 from __future__ import annotations
 
@@ -11,11 +15,14 @@ from numpy.typing import NDArray
 
 from surefoot.control.body_control import BodyState
 from surefoot.models.walker import WALKING
-from surefoot.simulation.outcome import BACK_STEPS, is_in_gait
+from surefoot.simulation.outcome import BACK_STEPS
 
-SETTLED_OFFSET = 0.015
-"""A push is over when `BACK_STEPS` in a row begin that near to those before it [m], after steps
-that last as long (`is_in_gait`)."""
+REPEATED_OFFSET, REPEATED_TIME = 0.005, 0.01
+"""A push is over when `BACK_STEPS` in a row begin, each with the DCM that near to where it was in
+the last step on that foot [m], and that much sooner or later after the one before it [s]."""
+
+USUAL_OFFSET = 0.04
+"""And no further than that from where it was before the push [m]: as far as speeds differ."""
 
 
 @dataclass(frozen=True)
@@ -53,7 +60,7 @@ class Steps:
 
 
 class Settling:
-    """Watches whether a robot is back in its gait, one touchdown after another.
+    """Watches whether a robot is back in a gait, one touchdown after another.
 
     Args:
         usual: a step on each foot as it is without a push, by its side.
@@ -62,16 +69,24 @@ class Settling:
 
     def __init__(self, usual: Mapping[int, BegunStep], from_time: float) -> None:
         self._usual, self._from, self._steps, self._in_row = usual, from_time, Steps(), 0
+        self._last: dict[int, BegunStep] = {}
 
     def done(self, state: BodyState) -> bool:
-        """Whether enough steps in a row were as usual; to be asked in every cycle."""
+        """Whether enough steps in a row were alike; to be asked in every cycle."""
         step = self._steps.begun(state)
         if step is not None:
-            usual = self._usual.get(step.side)
-            near = usual is not None and is_in_gait(
-                (float(np.hypot(*(step.offset - usual.offset))),),
-                (SETTLED_OFFSET,),
-                step.before - usual.before,
-            )
-            self._in_row = self._in_row + 1 if near and step.begin > self._from else 0
+            alike = step.begin > self._from and self._is_alike(step)
+            self._in_row = self._in_row + 1 if alike else 0
+            self._last[step.side] = step
         return self._in_row >= BACK_STEPS
+
+    def _is_alike(self, step: BegunStep) -> bool:
+        usual, last = self._usual.get(step.side), self._last.get(step.side)
+        if usual is None or last is None:
+            return False
+        # The first step of a fork has none before it: NaN, which is not less than anything.
+        return (
+            math.dist(step.offset, usual.offset) < USUAL_OFFSET
+            and math.dist(step.offset, last.offset) < REPEATED_OFFSET
+            and abs(step.before - last.before) < REPEATED_TIME
+        )
