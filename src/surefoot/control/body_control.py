@@ -24,7 +24,7 @@ from surefoot.control.body_walk import (
     body_kernels,
 )
 from surefoot.control.mapping import Mapping
-from surefoot.control.steering import Course, Steering
+from surefoot.control.steering import Course, Hold, Steering
 from surefoot.errors import VelocityError
 from surefoot.models.body_reference import BODY_REFERENCE
 from surefoot.models.footsteps import Side
@@ -81,6 +81,7 @@ class BodyControl:
         shift_time: in which the DCM is moved to where that begins [s].
         place_rate: rate at which an error of place is removed; 0 holds no place [1/s].
         most_correction: of the velocity, to either side [m/s].
+        most_change: of that correction [m/s^2].
         furthest: the course waits for a robot that is this far from it [m].
         knee_bend: of a leg that is not stretched further: sets the CoM's height in long steps
             [rad].
@@ -98,6 +99,7 @@ class BodyControl:
     shift_time: float = 0.6
     place_rate: float = 0.5
     most_correction: float = 0.15
+    most_change: float = 0.03
     furthest: float = 0.3
     knee_bend: float = 0.3
     most_drop: float = 0.12
@@ -107,12 +109,14 @@ class BodyControl:
     mechanics: Mechanics = field(init=False, repr=False, compare=False)
     limits: NDArray[np.void] = field(init=False, repr=False, compare=False)
     kernels: BodyKernels = field(init=False, repr=False, compare=False)
+    hold: Hold = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         for name, unit in (
             ("settle_time", "s"),
             ("place_rate", "1/s"),
             ("most_correction", "m/s"),
+            ("most_change", "m/s^2"),
             ("furthest", "m"),
             ("knee_bend", "rad"),
             ("most_drop", "m"),
@@ -128,6 +132,8 @@ class BodyControl:
         object.__setattr__(self, "mechanics", Mechanics(self.multibody))
         object.__setattr__(self, "limits", self._limits())
         object.__setattr__(self, "kernels", body_kernels())
+        hold = Hold(self.place_rate, self.most_correction, self.most_change)
+        object.__setattr__(self, "hold", hold)
 
     def _limits(self) -> NDArray[np.void]:
         robot, multibody = self.controller.robot, self.multibody
@@ -311,18 +317,16 @@ class BodyControl:
         controller = state.controller
         if walking:
             elapsed = time - state.course.time
-            course = course.learning(place, self.place_rate, self.most_correction, elapsed)
-            controller = self._towards(controller, course, place, steering)
+            course = course.pulling(place, self.hold, elapsed)
+            controller = self._towards(controller, course, steering)
         return replace(
             state, controller=controller, course=course, memory=memory, slow_steps=slow_steps
         )
 
-    def _towards(
-        self, controller: Controller, course: Course, place: tuple[float, float], steering: Steering
-    ) -> Controller:
+    @staticmethod
+    def _towards(controller: Controller, course: Course, steering: Steering) -> Controller:
         """The controller for the velocity of the steering, and what holds the place."""
-        x, y = course.correction(place, self.place_rate, self.most_correction)
-        vx, vy = steering.velocity
+        (x, y), (vx, vy) = course.correction, steering.velocity
         for wanted in ((vx + x, vy + y), steering.velocity):
             if wanted == controller.gait.velocity:
                 return controller
