@@ -13,7 +13,7 @@ import surefoot as sf
 from surefoot.control.body_control import BodyControl
 from surefoot.control.body_walk import BODY_LIMITS, BODY_WALK, STAND, WALK, keep_apart
 from surefoot.control.inverse_dynamics import InverseDynamics
-from surefoot.control.steering import Course, Hold, Steering
+from surefoot.control.steering import Course, Hold, Pull, Steering
 from surefoot.models.frame_turn import rotated
 from surefoot.models.multibody import Multibody
 from surefoot.models.record import new_array
@@ -160,52 +160,88 @@ def test_a_course_waits_and_pulls() -> None:
     assert course.waiting_for((0.0, 0.0), 0.3).place == pytest.approx((0.3, 0.0))
     assert course.waiting_for((0.9, 0.0), 0.3) == course
     # Ahead in the world is to the right of a robot that heads to the left.
+    error = course.error((0.0, 0.0), course.heading)
+    assert error == pytest.approx((0.0, -1.0))
     still = replace(HOLD, most=1.0, most_change=10.0)
-    assert course.pulling((0.0, 0.0), still, 0.4).correction == pytest.approx((0.0, -0.5))
-    assert course.pulling((0.0, 0.0), replace(still, most=0.1), 0.4).correction[1] == -0.1
+    assert still.pull(Pull(), error, 0.4, 0.0).back == pytest.approx((0.0, -0.5))
+    assert replace(still, most=0.1).pull(Pull(), error, 0.4, 0.0).correction[1] == -0.1
 
 
-def test_a_course_learns_what_takes_the_robot_off_it() -> None:
-    """A robot that goes 0.04 m/s to its left by itself ends up on its course, whatever its heading,
-    and is never further away than the error of a loop that does not learn."""
-    turning, step, pull = 0.2, 0.4, 0.04
-    place, course = (0.0, 0.0), Course((0.0, 0.0), 1.0, 0.0)
-    steering = Steering((0.3, 0.0), turning)
-    errors = []
-    for n in range(1, 151):
-        told = course.correction
-        moved = course.moved(steering, n * step)
-        x, y = rotated((told[0] + 0.3, told[1] + pull), course.heading + 0.5 * turning * step)
+def held(
+    off: tuple[float, float], own: tuple[float, float], turning: float, seconds: float
+) -> tuple[np.ndarray, Pull]:
+    """Distances from the course after each step of a robot that goes where it is told, and by
+    itself at `own` in its heading; it begins `off` its course. The last pull too."""
+    step, steering, pull = 0.35, Steering((0.3, 0.0), turning), Pull()
+    place, course, distances = off, Course((0.0, 0.0), 1.0, 0.0), []
+    for n in range(1, round(seconds / step)):
+        # It is told in the heading that the step ends with, as by `BodyControl`.
+        heading = course.heading + turning * step
+        told = (0.3 + pull.correction[0] + own[0], pull.correction[1] + own[1])
+        x, y = rotated(told, heading - 0.5 * turning * step)
         place = (place[0] + x * step, place[1] + y * step)
-        course = moved.pulling(place, HOLD, step)
-        errors.append(math.dist(place, course.place))
-    assert max(errors) < pull / HOLD.rate
-    assert errors[-1] < 1e-3
-    assert course.drift == pytest.approx((0.0, -pull), abs=2e-3)
-    assert course.correction == pytest.approx((0.0, -pull), abs=2e-3)
+        course = course.moved(steering, n * step).waiting_for(place, 0.3)
+        error = course.error(place, course.heading + turning * step)
+        pull = HOLD.pull(pull, error, step, turning)
+        distances.append(math.hypot(*error))
+    return np.array(distances), pull
 
 
-def test_a_push_is_not_hurried_back_and_teaches_nothing() -> None:
-    """What is corrected as much as it may be is no drift; the way back is learnt from again."""
-    start = Course((0.0, 0.0), 0.0, 0.0, (0.01, -0.02), (0.01, -0.02))
-    away = start.pulling((-0.4, 0.4), HOLD, 0.4)
-    assert away.drift == start.drift
-    assert away.correction == pytest.approx((0.01 + 0.4 * 0.03, -0.02 - 0.4 * 0.03))
+@pytest.mark.parametrize("turning", [0.0, 0.2, -1.5])
+def test_a_course_learns_what_takes_the_robot_off_it(turning: float) -> None:
+    """Unless it turns: then it is as far off as without learning."""
+    distances, pull = held((0.0, 0.0), (-0.02, 0.04), turning, 60.0)
+    assert distances.max() < math.hypot(0.02, 0.04) / HOLD.rate
+    if turning == 0.0:
+        assert distances[-1] < 2e-3
+        assert pull.drift == pytest.approx((0.02, -0.04), abs=2e-3)
+    else:
+        assert pull.drift == (0.0, 0.0)
+
+
+@pytest.mark.parametrize("turning", [0.0, 0.5, 1.5, -1.5])
+@pytest.mark.parametrize("off", [(0.28, 0.0), (0.0, -0.2), (-0.15, 0.15)])
+def test_what_a_push_took_is_made_up_for(off: tuple[float, float], turning: float) -> None:
+    distances, pull = held(off, (0.0, 0.0), turning, 25.0)
+    assert distances[-1] < 0.01
+    # Once it is back it stays: little of the way back is taken for a drift.
+    back = int(np.argmax(distances < 0.02))
+    assert 0 < back < 30
+    assert distances[back:].max() < 0.14 * math.hypot(*off)
+    assert math.hypot(*pull.drift) < 0.01
+
+
+def test_the_way_back_begins_slowly() -> None:
+    start = Pull((0.01, -0.02), (0.0, 0.0))
+    after = HOLD.pull(start, (0.3, -0.3), 0.4, 0.0)
+    assert after.drift == start.drift
+    assert after.back == pytest.approx((0.4 * 0.03, -0.4 * 0.03))
     for _ in range(20):
-        away = away.pulling((-0.4, 0.4), HOLD, 0.4)
-    assert away.drift == start.drift
-    assert away.correction == (HOLD.most, -HOLD.most)
-    near = start.pulling((0.1, 0.0), HOLD, 0.4)
-    assert near.drift == pytest.approx((0.01 - 0.25 * 0.25 * 0.4 * 0.1, -0.02))
-    much = replace(start, drift=(0.2, 0.0))
-    assert much.pulling((0.05, 0.0), HOLD, 0.4).drift[0] < 0.2
+        after = HOLD.pull(after, (0.4, -0.4), 0.4, 0.0)
+    assert after.drift == start.drift
+    assert after.correction == pytest.approx((HOLD.most, -HOLD.most))
+
+
+def test_what_could_not_be_told_teaches_nothing(multibody: Multibody) -> None:
+    """At the edge of what can be walked: a part of the correction, of which the next one knows."""
+    control = control_of(multibody, (0.3, 0.0))
+    before, wish = Pull((0.01, 0.02), (0.0, 0.0)), Pull((0.02, 0.05), (0.0, 0.1))
+    for vy, part in ((0.0, 1.0), (0.16, 0.5), (0.2, 0.25), (0.25, 0.0)):
+        steering = Steering((0.0, vy))
+        controller, pull = control._towards(control.controller, before, wish, steering)
+        assert pull.correction == pytest.approx((part * 0.02, part * 0.15), abs=1e-12)
+        assert controller.gait.velocity == pytest.approx((part * 0.02, vy + part * 0.15))
+        assert pull.drift == (wish.drift if part == 1.0 else before.drift)
 
 
 def test_a_hold_is_the_same_to_both_sides() -> None:
     rng = np.random.default_rng(0)
-    for off, drift, before, elapsed in rng.normal(size=(50, 4)) * (0.3, 0.1, 0.1, 0.3):
-        there = HOLD.answer(off, drift, before, abs(elapsed))
-        assert HOLD.answer(-off, -drift, -before, abs(elapsed)) == tuple(-x for x in there)
+    for row in rng.normal(size=(50, 6)) * (0.1, 0.1, 0.1, 0.1, 0.3, 0.3):
+        drift, back, error = row[:2], row[2:4], row[4:]
+        there = HOLD.pull(Pull(tuple(drift), tuple(back)), tuple(error), 0.3, 0.0)
+        here = HOLD.pull(Pull(tuple(-drift), tuple(-back)), tuple(-error), 0.3, 0.0)
+        assert here.drift == tuple(-x for x in there.drift)
+        assert here.back == tuple(-x for x in there.back)
 
 
 def test_a_turn_and_back_is_nothing() -> None:

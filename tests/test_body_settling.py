@@ -56,9 +56,10 @@ def test_steps_within_the_push_do_not_count() -> None:
 @pytest.mark.parametrize(
     ("offsets", "durations"),
     [
-        # It runs away, slowly; it has gone too far from where it was; its steps last in turn longer
-        # and less long on the same foot.
+        # It runs away, slowly; slower, but from too far; it has gone too far from where it was; its
+        # steps last in turn longer and less long on the same foot.
         ([(OFFSET[0] + 0.003 * n, OFFSET[1]) for n in range(12)], [STEP] * 12),
+        ([(OFFSET[0] + 0.032 + 0.002 * n, OFFSET[1]) for n in range(12)], [STEP] * 12),
         ([(OFFSET[0] + 0.06, OFFSET[1])] * 12, [STEP] * 12),
         ([OFFSET] * 12, [STEP, STEP, STEP + 0.03, STEP + 0.03] * 3),
     ],

@@ -24,7 +24,7 @@ from surefoot.control.body_walk import (
     body_kernels,
 )
 from surefoot.control.mapping import Mapping
-from surefoot.control.steering import Course, Hold, Steering
+from surefoot.control.steering import Course, Hold, Pull, Steering
 from surefoot.errors import VelocityError
 from surefoot.models.body_reference import BODY_REFERENCE
 from surefoot.models.footsteps import Side
@@ -45,6 +45,9 @@ MOST_BRAKING = 40.0
 FIRST_STEPS = 2
 """Steps in place before the commanded velocity, and before a stand."""
 
+CORRECTED = (1.0, 0.5, 0.25, 0.0)
+"""Parts of a correction that are tried, until one can be walked."""
+
 
 @dataclass(frozen=True)
 class BodyState:
@@ -56,6 +59,7 @@ class BodyState:
         memory: the controller's own state.
         observation, command: of the last cycle.
         course: where the robot should be.
+        pull: what is added to the velocity to take it there.
         slow_steps: how many in a row, up to now, were to stay on the spot.
     """
 
@@ -65,6 +69,7 @@ class BodyState:
     observation: Observation
     command: Command
     course: Course
+    pull: Pull
     slow_steps: int = 0
 
 
@@ -81,7 +86,7 @@ class BodyControl:
         shift_time: in which the DCM is moved to where that begins [s].
         place_rate: rate at which an error of place is removed; 0 holds no place [1/s].
         most_correction: of the velocity, to either side [m/s].
-        most_change: of that correction [m/s^2].
+        most_change: of that correction; 0 never corrects [m/s^2].
         furthest: the course waits for a robot that is this far from it [m].
         knee_bend: of a leg that is not stretched further: sets the CoM's height in long steps
             [rad].
@@ -171,6 +176,7 @@ class BodyControl:
             observation=observation,
             command=Command.of(new_array(COMMAND)),
             course=Course((0.0, 0.0), 0.0, 0.0),
+            pull=Pull(),
         )
 
     def step(
@@ -264,7 +270,9 @@ class BodyControl:
         self.kernels.begin(walk, np.array([self._first]), mechanics.motion)
         x, y = mechanics.sole_position[:, :2].mean(axis=0)
         course = Course((float(x), float(y)), float(walk["heading"][0]), float(walk["now"][0]))
-        return replace(state, controller=self.in_place, course=course, slow_steps=0, memory=None)
+        return replace(
+            state, controller=self.in_place, course=course, pull=Pull(), slow_steps=0, memory=None
+        )
 
     def _walk(
         self,
@@ -291,7 +299,14 @@ class BodyControl:
         command, memory = state.controller.step(memory, observation)
         kernels.refer(limits, walk, motion, observation.array, command.array, reference)
         return BodyState(
-            walk, state.controller, memory, observation, command, state.course, state.slow_steps
+            walk,
+            state.controller,
+            memory,
+            observation,
+            command,
+            state.course,
+            state.pull,
+            state.slow_steps,
         )
 
     def _next_step(self, state: BodyState, steering: Steering) -> BodyState:
@@ -315,24 +330,40 @@ class BodyControl:
             # Its memory is of another frame; at a touchdown it holds little that is not seen anew.
             walk["heading"], memory = heading, None
         controller = state.controller
+        pull = state.pull
         if walking:
             elapsed = time - state.course.time
-            course = course.pulling(place, self.hold, elapsed)
-            controller = self._towards(controller, course, steering)
+            error = course.error(place, heading)
+            pull = self.hold.pull(pull, error, elapsed, steering.turning)
+            controller, pull = self._towards(controller, state.pull, pull, steering)
         return replace(
-            state, controller=controller, course=course, memory=memory, slow_steps=slow_steps
+            state,
+            controller=controller,
+            course=course,
+            pull=pull,
+            memory=memory,
+            slow_steps=slow_steps,
         )
 
     @staticmethod
-    def _towards(controller: Controller, course: Course, steering: Steering) -> Controller:
-        """The controller for the velocity of the steering, and what holds the place."""
-        (x, y), (vx, vy) = course.correction, steering.velocity
-        for wanted in ((vx + x, vy + y), steering.velocity):
+    def _towards(
+        controller: Controller, before: Pull, pull: Pull, steering: Steering
+    ) -> tuple[Controller, Pull]:
+        """The controller for the velocity of the steering and what holds the place.
+
+        A velocity at the edge of what can be walked leaves less room to correct it, or none: then
+        nothing is learnt, and the next pull starts from what was told.
+        """
+        (x, y), (vx, vy) = pull.correction, steering.velocity
+        for part in CORRECTED:
+            wanted = (vx + part * x, vy + part * y)
+            if part < 1.0:
+                back = (part * x - before.drift[0], part * y - before.drift[1])
+                pull = Pull(before.drift, back)
             if wanted == controller.gait.velocity:
-                return controller
+                return controller, pull
             try:
-                return controller.with_velocity(wanted)
+                return controller.with_velocity(wanted), pull
             except VelocityError:
-                # A velocity at the edge of what can be walked leaves no room to correct it.
                 continue
-        return controller
+        return controller, pull

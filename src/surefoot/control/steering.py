@@ -15,41 +15,76 @@ from surefoot.models.steering import Steering
 
 
 @dataclass(frozen=True)
-class Hold:
-    """How a place is held: a loop with an integral part that does not hurry.
+class Pull:
+    """What is added to the velocity of the steering to hold the place, in the robot's heading.
 
-    What the integral has found is part of the answer. With a quarter of the square of the rate both
-    poles are at half of it, the fastest without overshoot. An answer that is as large as it may be
-    teaches nothing. A robot that was pushed must not be pulled back while it still catches itself:
-    that costs a fifth of the push to the sides. So an answer changes slowly.
+    Attributes:
+        drift: what has turned out to be needed at all times: the body's own way of stepping takes
+            it off to a side, or slows it down (x, y) [m/s].
+        back: what takes it back to its course, likewise.
+    """
+
+    drift: tuple[float, float] = (0.0, 0.0)
+    back: tuple[float, float] = (0.0, 0.0)
+
+    @property
+    def correction(self) -> tuple[float, float]:
+        """All of it (x, y) [m/s]."""
+        return self.drift[0] + self.back[0], self.drift[1] + self.back[1]
+
+    def turned(self, angle: float) -> Pull:
+        """The same for a robot that has turned: the drift is its own, the way back the world's."""
+        return replace(self, back=rotated(self.back, -angle))
+
+
+@dataclass(frozen=True)
+class Hold:
+    """How a place is held: by a loop with an integral part that does not hurry.
+
+    With a quarter of the square of the rate as its gain both poles are at half of the rate: the
+    fastest loop that does not swing. It learns nothing while the robot is told something else than
+    the loop wants, nor while it turns: it would learn what goes round. A robot that was pushed must
+    not be pulled back while it still catches itself: that costs up to a quarter of the push to the
+    sides. So the way back begins slowly.
 
     Attributes:
         rate: at which an error is removed [1/s].
-        most: largest answer, to either side [m/s].
-        most_change: of the answer [m/s^2].
+        most: largest correction, to either side [m/s].
+        most_change: of the correction [m/s^2].
     """
 
     rate: float
     most: float
     most_change: float
 
-    def answer(
-        self, off: float, drift: float, before: float, elapsed: float
-    ) -> tuple[float, float]:
-        """The new integral part and the new answer, along one axis.
+    def pull(
+        self, before: Pull, error: tuple[float, float], elapsed: float, turning: float
+    ) -> Pull:
+        """What to tell the robot in the next step.
 
         Args:
-            off: how far the target is ahead [m].
-            drift: the integral part so far [m/s].
-            before: the last answer [m/s].
-            elapsed: since then [s].
+            before: what it was told in the last one.
+            error: from the robot to where it should be, in its heading (x, y) [m].
+            elapsed: how long that step took [s].
+            turning: at which the robot does [rad/s].
         """
-        wanted = self.rate * off + drift
-        if abs(wanted) < self.most or off * wanted < 0.0:
+        before, learns = before.turned(turning * elapsed), turning == 0.0
+        first, second = (
+            self._along(drift, back, off, elapsed, learns)
+            for drift, back, off in zip(before.drift, before.back, error, strict=True)
+        )
+        return Pull((first[0], second[0]), (first[1], second[1]))
+
+    def _along(
+        self, drift: float, back: float, off: float, elapsed: float, learns: bool
+    ) -> tuple[float, float]:
+        """Drift and way back along one axis."""
+        wanted, change = self.rate * off, self.most_change * elapsed
+        told = min(max(wanted, -self.most - drift), self.most - drift)
+        told = min(max(told, back - change), back + change)
+        if learns and (told == wanted or off * (wanted + drift) < 0.0):
             drift += 0.25 * self.rate * self.rate * off * elapsed
-        wanted = min(max(wanted, -self.most), self.most)
-        change = self.most_change * elapsed
-        return drift, min(max(wanted, before - change), before + change)
+        return drift, told
 
 
 @dataclass(frozen=True)
@@ -60,27 +95,21 @@ class Course:
         place: target of the point midway between the feet (x, y) [m].
         heading: target [rad].
         time: when that was [s].
-        drift: what the velocity has turned out to need at all times, in the heading of the course:
-            the body's own way of stepping takes it off to a side, or slows it down [m/s].
-        correction: what is added to the velocity now, `drift` included, likewise [m/s].
     """
 
     place: tuple[float, float]
     heading: float
     time: float
-    drift: tuple[float, float] = (0.0, 0.0)
-    correction: tuple[float, float] = (0.0, 0.0)
 
     def moved(self, steering: Steering, time: float) -> Course:
         """The course at a later time: along an arc if the steering turns."""
         elapsed = max(time - self.time, 0.0)
         middle = self.heading + 0.5 * steering.turning * elapsed
         x, y = rotated(steering.velocity, middle)
-        return replace(
-            self,
-            place=(self.place[0] + x * elapsed, self.place[1] + y * elapsed),
-            heading=self.heading + steering.turning * elapsed,
-            time=time,
+        return Course(
+            (self.place[0] + x * elapsed, self.place[1] + y * elapsed),
+            self.heading + steering.turning * elapsed,
+            time,
         )
 
     def waiting_for(self, place: tuple[float, float], furthest: float) -> Course:
@@ -92,20 +121,11 @@ class Course:
         part = furthest / distance
         return replace(self, place=(place[0] + part * away[0], place[1] + part * away[1]))
 
-    def pulling(self, place: tuple[float, float], hold: Hold, elapsed: float) -> Course:
-        """The course after a step that ended at `place`: its `drift` and `correction` are new.
+    def error(self, place: tuple[float, float], heading: float) -> tuple[float, float]:
+        """From a robot to where it should be, in its heading (x, y) [m].
 
         Args:
-            place: where the robot is (x, y) [m].
-            hold: how the place is held.
-            elapsed: how long the step took [s].
+            place: where it is (x, y) [m].
+            heading: of the robot [rad].
         """
-        first, second = (
-            hold.answer(off, drift, now, elapsed)
-            for off, drift, now in zip(self._error(place), self.drift, self.correction, strict=True)
-        )
-        return replace(self, drift=(first[0], second[0]), correction=(first[1], second[1]))
-
-    def _error(self, place: tuple[float, float]) -> tuple[float, float]:
-        """From the robot to where it should be, in the heading of the course [m]."""
-        return rotated((self.place[0] - place[0], self.place[1] - place[1]), -self.heading)
+        return rotated((self.place[0] - place[0], self.place[1] - place[1]), -heading)
