@@ -8,7 +8,7 @@ is never as exact, has recovered if it walks on for 5 s, or takes its last steps
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
 
@@ -140,18 +140,6 @@ def watch_all(monitors, observations, commands):
         watch(monitors[0], observations[i], commands[i])
 
 
-def is_in_gait(away: Iterable[float], most: Sequence[float], late: float) -> bool:
-    """Whether a step is one of the gait again; `BACK_STEPS` of them in a row, and so is the robot.
-
-    Args:
-        away: how far its DCM offset is from that of the gait, in one number or axis by axis [m].
-        most: below which that has to be, one for each [m].
-        late: how much longer it lasts, negative if it is shorter [s].
-    """
-    near = all(abs(off) < limit for off, limit in zip(away, most, strict=True))
-    return near and abs(late) < BACK_TIME
-
-
 def has_walked_on(steps: Sequence[Footstep], pushes: Sequence[Push], end: float) -> bool:
     """Whether a body that did not fall has recovered from its pushes.
 
@@ -170,12 +158,9 @@ def has_walked_on(steps: Sequence[Footstep], pushes: Sequence[Push], end: float)
     since = [step for step in steps if step.start >= last][-BACK_STEPS:]
     if len(since) < BACK_STEPS or len(usual) < 2:
         return False
-    return all(
-        is_in_gait(
-            np.subtract(step.dcm_offset, before.dcm_offset),
-            BACK_OFFSET,
-            step.duration - before.duration,
-        )
-        for step in since
-        for before in [usual[step.side]]
-    )
+    return all(_is_like(step, usual[step.side]) for step in since)
+
+
+def _is_like(step: Footstep, usual: Footstep) -> bool:
+    away = np.abs(np.subtract(step.dcm_offset, usual.dcm_offset))
+    return bool((away < BACK_OFFSET).all()) and abs(step.duration - usual.duration) < BACK_TIME
