@@ -41,11 +41,10 @@ from surefoot.models.interfaces import OBSERVATION, Command, Observation
 from surefoot.models.leg import time_to
 from surefoot.models.record import copy_array, new_array
 from surefoot.models.robot import Robot
-from surefoot.models.viable_displacement import viable_displacement
 from surefoot.planning.anticipation import margin
 from surefoot.planning.landing import decide_landing
 from surefoot.planning.landing_problem import DECISION, Decision, landing_parameters
-from surefoot.planning.nominal_gait import NominalGait, nominal_gait
+from surefoot.planning.nominal_gait import NominalGait, gait_room, nominal_gait
 
 
 @njit
@@ -215,21 +214,8 @@ class UnifiedController:
             tau_weight=self.tau_weight,
             offset_weight=self.offset_weight,
             reserve=self.reserve,
-            room=self._room(reach),
+            room=gait_room(self.robot, self.gait, (reach[0], reach[1])),
         )
-
-    def _room(self, reach: NDArray[np.float64]) -> float:
-        """How far the nominal offsets are from what can be saved after a nominal step [m]."""
-        tables, side = viable_displacement(self.robot), Side.RIGHT
-        rooms = []
-        for axis in range(2):
-            # A step of the right foot counts to the left, and then the left foot stands.
-            step = self.gait.step(side)[axis]
-            offset = self.gait.dcm_offset(side)[axis] * (1.0 if axis == 0 else -1.0)
-            for sign in (1, -1):
-                worth = tables.after_step(axis, sign, step)
-                rooms.append(worth + float(reach[axis]) - sign * offset)
-        return min(rooms)
 
     @property
     def kernel(self) -> Callable[..., None]:

@@ -16,6 +16,7 @@ from surefoot.errors import ParameterError, VelocityError
 from surefoot.models.footsteps import Side
 from surefoot.models.interfaces import Observation
 from surefoot.models.robot import Robot
+from surefoot.models.viable_displacement import viable_displacement
 
 QUINTIC_PEAK = 1.875
 """Largest speed of a quintic from rest to rest, over its mean speed."""
@@ -192,6 +193,34 @@ def largest_speed(robot: Robot, direction: tuple[float, float]) -> float:
     if length == 0.0:
         raise VelocityError("a direction of some length", f"{direction}", "write (1.0, 0.0)")
     return _duration_for_reach(robot, x / length, y / length) / robot.gait.step_duration[0]
+
+
+def gait_room(
+    robot: Robot, gait: NominalGait, zmp_reach: tuple[float, float] = (0.0, 0.0)
+) -> float:
+    """R: how far the nominal offsets are from what can be saved after a nominal step [m].
+
+    The length by which a robot measures what is much and what is little: an error of R along its
+    weakest axis is a fall.
+
+    Args:
+        robot: whose limits hold, those of its leg included.
+        gait: the gait that it walks.
+        zmp_reach: how far the ZMP can move from the centre of the foot (x, y) [m].
+
+    Raises:
+        RobotError: the leg is too slow to step at all.
+    """
+    tables, side = viable_displacement(robot), Side.RIGHT
+    rooms = []
+    for axis in range(2):
+        # A step of the right foot counts to the left, and then the left foot stands.
+        step = gait.step(side)[axis]
+        offset = gait.dcm_offset(side)[axis] * (1.0 if axis == 0 else -1.0)
+        for sign in (1, -1):
+            value = tables.after_step(axis, sign, step)
+            rooms.append(value + zmp_reach[axis] - sign * offset)
+    return min(rooms)
 
 
 def _duration_for_reach(robot: Robot, v_x: float, v_y: float) -> float:
