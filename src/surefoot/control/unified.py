@@ -47,6 +47,14 @@ from surefoot.planning.landing_problem import DECISION, Decision, landing_parame
 from surefoot.planning.nominal_gait import NominalGait, gait_room, nominal_gait
 
 
+RESERVE, COMFORT = 0.025, 0.03
+"""Default reserve and comfort, as fractions of the height of the CoM."""
+
+COMMITMENT = 3.0
+"""How many control periods before a landing it cannot be brought forward any more: what a push does
+shows after two."""
+
+
 @njit
 def unified_cycle(parameters, state, observation, next_state):
     """One cycle of `UnifiedController` over records."""
@@ -137,13 +145,13 @@ class UnifiedController:
     robot: Robot
     velocity: tuple[float, float]
     ankle: bool = True
-    horizon: float = 1.0
-    reserve: float = 0.02
-    comfort: float = 0.024
+    horizon: float = math.inf
+    reserve: float | None = None
+    comfort: float | None = None
     dcm_gain: float = DEFAULT_DCM_GAIN
-    step_weight: tuple[float, float] = (1.0, 1.0)
-    tau_weight: float = 1.0
-    offset_weight: tuple[float, float] = (1000.0, 1000.0)
+    step_weight: tuple[float, float] = (1e-3, 1e-3)
+    tau_weight: float = 0.1
+    offset_weight: tuple[float, float] = (1.0, 1.0)
     commitment: float | None = None
     step_duration: float | None = None
     period: float = 0.001
@@ -152,8 +160,11 @@ class UnifiedController:
 
     def __post_init__(self) -> None:
         check_tracking(self.robot, self.dcm_gain, 0.0, self.period)
-        for name, unit in (("horizon", "s"), ("reserve", "m"), ("comfort", "m")):
-            check_number(name, getattr(self, name), 0.0, unit)
+        check_number("horizon", self.horizon, 0.0, "s", endless=True)
+        for name, share in (("reserve", RESERVE), ("comfort", COMFORT)):
+            if getattr(self, name) is None:
+                object.__setattr__(self, name, share * self.robot.com_height)
+            check_number(name, getattr(self, name), 0.0, "m")
         check_number("tau_weight", self.tau_weight, 0.0, "-", above=True)
         check_pair("step_weight", self.step_weight, 0.0, "1/m^2")
         check_pair("offset_weight", self.offset_weight, 0.0, "1/m^2")
@@ -194,8 +205,7 @@ class UnifiedController:
         if self.commitment is not None:
             check_number("commitment", self.commitment, 0.0, "s")
             return self.commitment
-        free = math.isinf(self.robot.swing.max_acceleration)
-        return max(0.003 if free else 0.01, 3.0 * self.period)
+        return COMMITMENT * self.period
 
     def _landing(self) -> NDArray[np.void]:
         """The `LANDING` record.
@@ -210,11 +220,13 @@ class UnifiedController:
             reach,
             np.minimum(reach, gain * self.comfort),
             np.minimum(self.comfort, taken * reach),
+            room=gait_room(self.robot, self.gait, (reach[0], reach[1])),
+            tau_ref=self.gait.growth,
             step_weight=self.step_weight,
             tau_weight=self.tau_weight,
             offset_weight=self.offset_weight,
             reserve=self.reserve,
-            room=gait_room(self.robot, self.gait, (reach[0], reach[1])),
+            commitment=self._commitment(),
         )
 
     @property

@@ -28,8 +28,11 @@ MARGIN_ROUNDS = 20
 ROUNDS_ALONE = 6
 """Of the search for the time at which one axis lands, from piece to piece."""
 
-MOMENT = 1e-6
-"""Shorter times make no difference [s]."""
+BISECTIONS = 14
+"""Of the step box, for the place from which the robot can still turn back."""
+
+MOMENT = 4e-6
+"""Shorter times make no difference [1/omega]."""
 
 
 @njit(forceinline=True)
@@ -100,29 +103,82 @@ def best_worth(landing, situation, axis, sign, earliest, latest):
     time = last = min(max(there, earliest), latest)
     for k in range(ROUNDS_ALONE):
         # Just before the foot is there, for the growth it had.
-        before = max(time - MOMENT, earliest) if k == 0 else time
+        before = max(time - MOMENT / landing.omega, earliest) if k == 0 else time
         worth, growth = worth_of(landing, situation, axis, sign, before)
         best = max(best, worth)
         if growth <= 0.0:
             break
         time = min(max(before + 1.0 / landing.omega - worth / growth, earliest), last)
-        if abs(time - before) <= 2.0 * MOMENT:
+        if abs(time - before) <= 2.0 * MOMENT / landing.omega:
             break
     return max(best, worth_of(landing, situation, axis, sign, time)[0])
 
 
+@njit(forceinline=True)
+def returning_place(landing, situation, axis, sign, time, low, high):
+    """How far along `sign` a foot may land after a time, for a push along it that ends just before.
+
+    The push goes on until the landing cannot be taken back any more; if it ends then, the DCM must
+    not be left behind. That is monotone in the place, and so found by bisection.
+
+    Args:
+        low, high: the interval of landings [m].
+
+    Returns:
+        The place [m]; beyond the near end of the interval if there is none in it.
+    """
+    growth = math.exp(landing.omega * time)
+    force = situation.force[axis]
+    offset = situation.offset[axis] * growth + force * (growth - landing.commitment)
+    room = sign * offset + landing.zmp_reach[axis] * growth
+    row, near, far = (1, low, high) if sign > 0.0 else (0, high, low)
+    value, slope = worth_after(landing.worth, landing, axis, row, far)
+    if sign * far - value <= room:
+        return far
+    value, _ = worth_after(landing.worth, landing, axis, row, near)
+    if sign * near - value > room:
+        return near - sign * (sign * near - value - room)
+    first, last = near, far
+    for _ in range(BISECTIONS):
+        middle = 0.5 * (first + last)
+        value, slope = worth_after(landing.worth, landing, axis, row, middle)
+        if sign * middle - value <= room:
+            first = middle
+        else:
+            last = middle
+    return first
+
+
 @njit
 def share_at(landing, situation, push_x, push_y, time):
-    """The multiple of a displacement that both axes save, if they land after this time."""
+    """The multiple of a displacement that both axes save, if they land after this time.
+
+    A landing that the push would call for counts only as far as it also saves the robot if the push
+    ends, see `returning_place`; and an axis that is not pushed must be saved too.
+    """
     least = math.inf
     for axis in range(2):
         push = push_x if axis == 0 else push_y
+        low, high, _, _ = reach(landing, situation, axis, time)
+        sign = -1.0 if push < 0.0 else 1.0
+        place = returning_place(landing, situation, axis, sign, time, low, high)
+        value, _ = worth_after(landing.worth, landing, axis, 0 if sign > 0.0 else 1, place)
+        shrink = math.exp(-landing.omega * time)
+        room = shrink * (sign * place + value) + landing.zmp_reach[axis]
+        room -= sign * situation.offset[axis]
+        if place < low or place > high or (push == 0.0 and room < 0.0):
+            return -math.inf
         if push != 0.0:
-            sign = math.copysign(1.0, push)
-            worth, _ = worth_of(landing, situation, axis, sign, time)
-            room = worth + landing.zmp_reach[axis] - sign * situation.offset[axis]
             least = min(least, room / abs(push))
     return least
+
+
+@njit(forceinline=True)
+def corner_time(landing, situation, axis, end):
+    """When the foot just reaches an end of the step box, from now [s]; there is a kink."""
+    away, velocity = end - situation.foot[axis], situation.foot_velocity[axis]
+    side = math.copysign(1.0, away)
+    return time_to(abs(away), side * velocity, landing.max_speed, landing.max_acceleration)
 
 
 @njit
@@ -130,19 +186,31 @@ def most_saved(landing, situation, push_x, push_y, earliest, latest, enough, rou
     """The largest `share_at` of all times; the search ends at one that is enough.
 
     The axes land together, so it is the time that is best for the worse one. Of evenly growing
-    samples the best is refined by golden section.
+    samples, and the times at which the leg just reaches an end of the box, the best is refined by
+    golden section.
     """
-    best, place = -math.inf, 0
+    best, where = -math.inf, earliest
     length = latest - earliest
-    for k in range(PARTS + 1):
-        time = earliest + length * (k / PARTS) ** 2
+    for k in range(PARTS + 5):
+        if k <= PARTS:
+            time = earliest + length * (k / PARTS) ** 2
+        else:
+            axis, end = (k - PARTS - 1) // 2, (k - PARTS - 1) % 2
+            edge = landing.step_max[axis] if end == 0 else landing.step_min[axis]
+            time = corner_time(landing, situation, axis, edge)
+            if not earliest < time < latest:
+                continue
         share = share_at(landing, situation, push_x, push_y, time)
         if share >= enough:
             return share
         if share > best:
-            best, place = share, k
-    low = earliest + length * (max(place - 1, 0) / PARTS) ** 2
-    high = earliest + length * (min(place + 1, PARTS) / PARTS) ** 2
+            best, where = share, time
+    if not length > 0.0:
+        return best
+    part = PARTS * math.sqrt((where - earliest) / length)
+    before, after = max(math.ceil(part) - 1, 0), min(math.floor(part) + 1, PARTS)
+    low = earliest + length * (before / PARTS) ** 2
+    high = earliest + length * (after / PARTS) ** 2
     left, right = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
     at_left = share_at(landing, situation, push_x, push_y, left)
     at_right = share_at(landing, situation, push_x, push_y, right)
@@ -167,7 +235,7 @@ def saved_share(landing, situation, push_x, push_y):
 
     Args:
         landing: a `LANDING` record.
-        situation: a `SITUATION` record; reads times, offset and foot.
+        situation: a `SITUATION` record; reads times, offset, force and foot.
         push_x, push_y: what the push may still do [m].
     """
     if push_x == 0.0 and push_y == 0.0:

@@ -38,12 +38,9 @@ CLOSED = 1e-11
 NEAR = 2e-3
 """Fraction of tau by which a decision may move from one cycle to the next; most do so less."""
 
-LIMIT_TOLERANCE = 1e-3
-"""A leg that gets this little further is at its limit, and what is this little outside of what can
-be saved is not lost: soft limits give way as much [m]."""
-
 FLAT = 1e-10
-"""A derivative no larger than this is zero: the cost is strongly convex in tau with a3."""
+"""A derivative of the cost over tau / tau_ref that is no larger than this is zero: the cost is
+strongly convex in it."""
 
 _STEP = (int(Limit.STEP_X), int(Limit.STEP_Y))
 _LEG = (int(Limit.LEG_X), int(Limit.LEG_Y))
@@ -81,7 +78,7 @@ def tau_slope(landing, situation, tau, decision):
 @njit(forceinline=True)
 def pressure(landing, situation, axis, growth, value, sign):
     """How what v of a side costs changes with the growth k."""
-    offset = sign * situation.anticipated[axis]
+    offset = sign * situation.rate[axis, 0 if sign > 0.0 else 1]
     lost = landing.lost_weight * max(value, 0.0) * (offset - landing.zmp_reach[axis])
     short = max(value + reserved(landing, axis, growth), 0.0)
     return lost + landing.reserve_weight * short * (offset - landing.gentle_zmp[axis])
@@ -162,12 +159,12 @@ def decide_landing(landing, situation, guess, decision):
     decision.step, decision.iterations = situation.step_ref, 1
     low, high = situation.tau_min, max(situation.tau_max, situation.tau_min)
     tau = min(max(situation.tau_ref, low), high)
-    slope = tau_slope(landing, situation, tau, decision)
-    if abs(slope) > FLAT and landing.max_acceleration < math.inf and high > low:
+    slope, flat = tau_slope(landing, situation, tau, decision), FLAT / situation.tau_ref
+    if abs(slope) > flat and landing.max_acceleration < math.inf and high > low:
         low, high = best_part(landing, situation, low, high, decision)
         tau = min(max(tau, low), high)
         slope = tau_slope(landing, situation, tau, decision)
-    if abs(slope) > FLAT:
+    if abs(slope) > flat:
         at_low = at_high = slope
         end = low if slope > 0.0 else high
         at_end = tau_slope(landing, situation, end, decision) if end != tau else slope
@@ -180,17 +177,17 @@ def decide_landing(landing, situation, guess, decision):
             low, at_low, high, at_high = narrow(
                 landing, situation, low, at_low, high, at_high, guess, decision
             )
-            tau = root(landing, situation, low, at_low, high, at_high, decision)
+            tau = root(landing, situation, low, at_low, high, at_high, flat, decision)
     decision.tau = tau
     decision.active = active_limits(landing, situation, tau, decision)
-    if slope > FLAT and tau <= situation.tau_min:
+    if slope > flat and tau <= situation.tau_min:
         decision.active |= _SHORTEST
-    if slope < -FLAT and tau >= situation.tau_max:
+    if slope < -flat and tau >= situation.tau_max:
         decision.active |= _LONGEST
 
 
 @njit
-def root(landing, situation, low, at_low, high, at_high, decision):
+def root(landing, situation, low, at_low, high, at_high, flat, decision):
     """The tau between two at which the slope is zero: inverse quadratic steps that never fail.
 
     The method of Chandrupatla (1997); the decision holds the landings for the tau returned.
@@ -209,7 +206,7 @@ def root(landing, situation, low, at_low, high, at_high, decision):
             older, at_older, old, at_old = old, at_old, newest, at_newest
         newest, at_newest = tau, at_tau
         width = abs(old - newest)
-        if abs(at_tau) <= FLAT or width <= CLOSED * tau:
+        if abs(at_tau) <= flat or width <= CLOSED * tau:
             break
         xi = (newest - old) / (older - old)
         phi = (at_newest - at_old) / (at_older - at_old)
@@ -236,14 +233,14 @@ def active_limits(landing, situation, tau, decision):
             active |= _STEP[axis]
         away, velocity = place - situation.foot[axis], situation.foot_velocity[axis]
         if (
-            away > furthest(velocity, left, speed, acceleration) - LIMIT_TOLERANCE
-            or -away > furthest(-velocity, left, speed, acceleration) - LIMIT_TOLERANCE
+            away > furthest(velocity, left, speed, acceleration) - landing.tolerance
+            or -away > furthest(-velocity, left, speed, acceleration) - landing.tolerance
         ):
             active |= _LEG[axis]
         for value in excess_at(landing, situation, axis, growth, place):
             if value > -reserved(landing, axis, growth):
                 active |= _RESERVE
-            if value > LIMIT_TOLERANCE:
+            if value > landing.tolerance:
                 active |= _LOST
     return active
 
