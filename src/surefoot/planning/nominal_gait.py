@@ -211,15 +211,18 @@ def gait_room(
     Raises:
         RobotError: the leg is too slow to step at all.
     """
-    tables, side = viable_displacement(robot), Side.RIGHT
+    tables = viable_displacement(robot)
     rooms = []
-    for axis in range(2):
-        # A step of the right foot counts to the left, and then the left foot stands.
-        step = gait.step(side)[axis]
-        offset = gait.dcm_offset(side)[axis] * (1.0 if axis == 0 else -1.0)
-        for sign in (1, -1):
-            value = tables.after_step(axis, sign, step)
-            rooms.append(value + zmp_reach[axis] - sign * offset)
+    # A step to the side is outward for one foot and inward for the other.
+    for side in (Side.RIGHT, Side.LEFT):
+        step, offset = gait.step(side), gait.dcm_offset(side)
+        for axis in range(2):
+            # Across, a step counts towards the foot that swings in it, an offset towards the next.
+            turn = 1.0 if axis == 0 else float(side)
+            for sign in (1, -1):
+                value = tables.after_step(axis, sign, turn * step[axis])
+                turned = (1.0 if axis == 0 else -turn) * offset[axis]
+                rooms.append(value + zmp_reach[axis] - sign * turned)
     return min(rooms)
 
 
