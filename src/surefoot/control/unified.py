@@ -50,7 +50,7 @@ from surefoot.planning.nominal_gait import NominalGait, gait_room, nominal_gait
 RESERVE, COMFORT = 0.025, 0.03
 """Default reserve and comfort, as fractions of the height of the CoM."""
 
-COMMITMENT = 3.0
+COMMITMENT = 2.0
 """How many control periods before a landing it cannot be brought forward any more: what a push does
 shows after two."""
 

@@ -21,8 +21,8 @@ from numpy.typing import NDArray
 from surefoot.compiling import entry_point, njit
 from surefoot.models.leg import furthest
 from surefoot.models.record import new_array
-from surefoot.planning.anticipation import reach
-from surefoot.planning.landing_place import best_place, excess_at, reserved, soft_error
+from surefoot.planning.anticipation import corner_time, reach
+from surefoot.planning.landing_place import best_place, excess_at, soft_error
 from surefoot.planning.landing_problem import DECISION, LANDING, SITUATION, Decision, Limit
 
 TAU_EVALUATIONS = 60
@@ -63,10 +63,11 @@ def tau_slope(landing, situation, tau, decision):
         decision.step[axis] = place
         if end != 0:
             rate = low_rate if end < 0 else high_rate
+            slope += landing.lost_weight * outside(landing, axis, place)
             total += slope * rate / (omega * tau)
         over, under = excess_at(landing, situation, axis, growth, place)
-        part = pressure(landing, situation, axis, growth, over, 1.0)
-        part += pressure(landing, situation, axis, growth, under, -1.0)
+        part = pressure(landing, situation, axis, over, 1.0)
+        part += pressure(landing, situation, axis, under, -1.0)
         error = soft_error(landing, situation, axis, growth, place)
         if error != 0.0:
             gain = situation.offset[axis] - math.copysign(landing.gentle_zmp[axis], error)
@@ -76,12 +77,19 @@ def tau_slope(landing, situation, tau, decision):
 
 
 @njit(forceinline=True)
-def pressure(landing, situation, axis, growth, value, sign):
+def outside(landing, axis, place):
+    """How far a landing is outside of the step box, which a fast foot may run past [m]."""
+    low, high = landing.step_min[axis], landing.step_max[axis]
+    return min(place - low, 0.0) + max(place - high, 0.0)
+
+
+@njit(forceinline=True)
+def pressure(landing, situation, axis, value, sign):
     """How what v of a side costs changes with the growth k."""
     offset = sign * situation.rate[axis, 0 if sign > 0.0 else 1]
-    lost = landing.lost_weight * max(value, 0.0) * (offset - landing.zmp_reach[axis])
-    short = max(value + reserved(landing, axis, growth), 0.0)
-    return lost + landing.reserve_weight * short * (offset - landing.gentle_zmp[axis])
+    lost, short = max(value, 0.0), max(value + landing.reserve[axis], 0.0)
+    weighed = landing.lost_weight * lost + landing.reserve_weight * short
+    return weighed * (offset - landing.zmp_reach[axis])
 
 
 @njit
@@ -94,10 +102,12 @@ def cost_of(landing, situation, tau, decision):
         place = decision.step[axis]
         moved = place - situation.step_ref[axis]
         error = soft_error(landing, situation, axis, growth, place)
+        beyond = outside(landing, axis, place)
+        total += landing.lost_weight * beyond * beyond
         total += landing.step_weight[axis] * moved * moved
         total += landing.offset_weight[axis] * error * error
         for value in excess_at(landing, situation, axis, growth, place):
-            short = max(value + reserved(landing, axis, growth), 0.0)
+            short = max(value + landing.reserve[axis], 0.0)
             lost = max(value, 0.0)
             total += landing.lost_weight * lost * lost + landing.reserve_weight * short * short
     return 0.5 * total
@@ -111,18 +121,28 @@ def best_part(landing, situation, low, high, decision):
     land a little later can both be better than what lies between.
     """
     length = math.log(high / low)
-    best, place = math.inf, 0
-    for k in range(PARTS + 1):
-        tau = low * math.exp(length * (k / PARTS) ** 2)
+    best, where = math.inf, low
+    for k in range(PARTS + 5):
+        if k <= PARTS:
+            tau = low * math.exp(length * (k / PARTS) ** 2)
+        else:
+            axis, end = (k - PARTS - 1) // 2, (k - PARTS - 1) % 2
+            edge = landing.step_max[axis] if end == 0 else landing.step_min[axis]
+            time = situation.elapsed + corner_time(landing, situation, axis, edge)
+            tau = math.exp(landing.omega * time)
+            if not low < tau < high:
+                continue
         tau_slope(landing, situation, tau, decision)
+        decision.iterations += 1
         cost = cost_of(landing, situation, tau, decision)
         if cost < best:
-            best, place = cost, k
-    decision.iterations += PARTS + 1
-    before, after = max(place - 1, 0), min(place + 1, PARTS)
+            best, where = cost, tau
+    part = PARTS * math.sqrt(max(math.log(where / low), 0.0) / length)
+    before, after = max(math.ceil(part) - 1, 0), min(math.floor(part) + 1, PARTS)
     return (
         low * math.exp(length * (before / PARTS) ** 2),
         low * math.exp(length * (after / PARTS) ** 2),
+        where,
     )
 
 
@@ -161,8 +181,7 @@ def decide_landing(landing, situation, guess, decision):
     tau = min(max(situation.tau_ref, low), high)
     slope, flat = tau_slope(landing, situation, tau, decision), FLAT / situation.tau_ref
     if abs(slope) > flat and landing.max_acceleration < math.inf and high > low:
-        low, high = best_part(landing, situation, low, high, decision)
-        tau = min(max(tau, low), high)
+        low, high, tau = best_part(landing, situation, low, high, decision)
         slope = tau_slope(landing, situation, tau, decision)
     if abs(slope) > flat:
         at_low = at_high = slope
@@ -238,7 +257,7 @@ def active_limits(landing, situation, tau, decision):
         ):
             active |= _LEG[axis]
         for value in excess_at(landing, situation, axis, growth, place):
-            if value > -reserved(landing, axis, growth):
+            if value > -landing.reserve[axis]:
                 active |= _RESERVE
             if value > landing.tolerance:
                 active |= _LOST

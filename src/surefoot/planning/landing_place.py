@@ -47,13 +47,6 @@ def excess_at(landing, situation, axis, growth, place):
 
 
 @njit(forceinline=True)
-def reserved(landing, axis, growth):
-    """How far v has to stay below 0: rho, and what the ZMP could do beyond c_g [m]."""
-    spare = landing.zmp_reach[axis] - landing.gentle_zmp[axis]
-    return landing.reserve[axis] + spare * (growth - 1.0)
-
-
-@njit(forceinline=True)
 def place_slope(landing, situation, axis, growth, place, cell):
     """First and second derivative of an axis's cost in X, with the slopes of Z in one cell."""
     spacing, low = landing.spacing[axis], landing.step_min[axis]
@@ -66,7 +59,7 @@ def place_slope(landing, situation, axis, growth, place, cell):
     )
     error = soft_error(landing, situation, axis, growth, place)
     weight, stiff = landing.step_weight[axis], landing.offset_weight[axis]
-    reserve = reserved(landing, axis, growth)
+    reserve = landing.reserve[axis]
     slope = weight * (place - situation.step_ref[axis]) - stiff * error
     second = weight + (stiff if error != 0.0 else 0.0)
     for k in range(2):
