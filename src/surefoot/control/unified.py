@@ -41,7 +41,7 @@ from surefoot.models.interfaces import OBSERVATION, Command, Observation
 from surefoot.models.leg import time_to
 from surefoot.models.record import copy_array, new_array
 from surefoot.models.robot import Robot
-from surefoot.planning.anticipation import margin
+from surefoot.planning.anticipation import keep_way_back, margin
 from surefoot.planning.landing import decide_landing
 from surefoot.planning.landing_problem import DECISION, Decision, landing_parameters
 from surefoot.planning.nominal_gait import NominalGait, gait_room, nominal_gait
@@ -79,6 +79,8 @@ def unified_cycle(parameters, state, observation, next_state):
     assess(parameters, observation, plan, last_duration, observer.force, situation, decision)
     guess = situation.tau_ref if new_step else state.decision.tau
     decide_landing(landing, situation, guess, decision)
+    if landing.max_speed < math.inf or landing.max_acceleration < math.inf:
+        keep_way_back(landing, situation, decision)
     command_landing(landing, observation, plan, decision, command)
     place_zmp(parameters, observation, situation, decision, command)
     remember(observation, command.zmp, observer)

@@ -25,6 +25,9 @@ ROUNDS = 10
 MARGIN_ROUNDS = 20
 """The same for the margin, which is published: 1e-4 of a part."""
 
+ROUNDS_BACK = 5
+"""For the way back of a foot, which is only a matter of how far it goes ahead."""
+
 ROUNDS_ALONE = 6
 """Of the search for the time at which one axis lands, from piece to piece."""
 
@@ -89,29 +92,72 @@ def worth_of(landing, situation, axis, sign, time):
     return shrink * (sign * place + after), shrink * (sign + slope) * rate
 
 
-@njit
-def best_worth(landing, situation, axis, sign, earliest, latest):
-    """The same for the best time of landing, of a leg without a limit of acceleration [m].
+@njit(forceinline=True)
+def corner_time(landing, situation, axis, end):
+    """When the foot just reaches an end of the step box, from now [s]; there is a kink."""
+    away, velocity = end - situation.foot[axis], situation.foot_velocity[axis]
+    side = math.copysign(1.0, away)
+    return time_to(abs(away), side * velocity, landing.max_speed, landing.max_acceleration)
 
-    Once the foot is at the end of the box, waiting only costs. Before, the worth is linear in time
-    but for its decay, piece by piece, and largest where it is its growth over omega.
+
+@njit
+def best_landing(landing, situation, axis, sign, rounds):
+    """The landing that saves the largest displacement along `sign`, whatever the other axis does.
+
+    Without a limit of acceleration the worth is linear in time but for its decay, piece by piece,
+    and largest where it is its growth over omega; once the foot is at the end of the box, waiting
+    only costs. Otherwise the best of some times is refined by golden section.
+
+    Args:
+        rounds: of the golden section.
+
+    Returns:
+        The displacement that can be saved, beyond the offset and with the ZMP at its edge [m]; and
+        the time from now [s].
     """
+    earliest, latest = situation.earliest, situation.latest
     end = landing.step_max[axis] if sign > 0.0 else landing.step_min[axis]
-    away = sign * (end - situation.foot[axis])
-    there = time_to(away, 0.0, landing.max_speed, math.inf)
-    best, _ = worth_of(landing, situation, axis, sign, latest)
-    time = last = min(max(there, earliest), latest)
-    for k in range(ROUNDS_ALONE):
-        # Just before the foot is there, for the growth it had.
-        before = max(time - MOMENT / landing.omega, earliest) if k == 0 else time
-        worth, growth = worth_of(landing, situation, axis, sign, before)
-        best = max(best, worth)
-        if growth <= 0.0:
-            break
-        time = min(max(before + 1.0 / landing.omega - worth / growth, earliest), last)
-        if abs(time - before) <= 2.0 * MOMENT / landing.omega:
-            break
-    return max(best, worth_of(landing, situation, axis, sign, time)[0])
+    there = corner_time(landing, situation, axis, end)
+    best, when = worth_of(landing, situation, axis, sign, latest)[0], latest
+    if landing.max_acceleration == math.inf:
+        time = last = min(max(there, earliest), latest)
+        for k in range(ROUNDS_ALONE):
+            # Just before the foot is there, for the growth it had.
+            before = max(time - MOMENT / landing.omega, earliest) if k == 0 else time
+            worth, growth = worth_of(landing, situation, axis, sign, before)
+            if worth > best:
+                best, when = worth, before
+            if growth <= 0.0:
+                break
+            time = min(max(before + 1.0 / landing.omega - worth / growth, earliest), last)
+            if abs(time - before) <= 2.0 * MOMENT / landing.omega:
+                break
+        worth = worth_of(landing, situation, axis, sign, time)[0]
+        if worth > best:
+            best, when = worth, time
+    else:
+        length = latest - earliest
+        for k in range(PARTS + 1):
+            time = earliest + length * (k / PARTS) ** 2 if k < PARTS else there
+            if not earliest <= time <= latest:
+                continue
+            worth = worth_of(landing, situation, axis, sign, time)[0]
+            if worth > best:
+                best, when = worth, time
+        part = PARTS * math.sqrt(max(when - earliest, 0.0) / length) if length > 0.0 else 0.0
+        low = earliest + length * (max(math.ceil(part) - 1, 0) / PARTS) ** 2
+        high = earliest + length * (min(math.floor(part) + 1, PARTS) / PARTS) ** 2
+        for _ in range(rounds):
+            left, right = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
+            at_left = worth_of(landing, situation, axis, sign, left)[0]
+            at_right = worth_of(landing, situation, axis, sign, right)[0]
+            if max(at_left, at_right) > best:
+                best, when = max(at_left, at_right), left if at_left > at_right else right
+            if at_left < at_right:
+                low = left
+            else:
+                high = right
+    return best + landing.zmp_reach[axis] - sign * situation.offset[axis], when
 
 
 @njit(forceinline=True)
@@ -171,14 +217,6 @@ def share_at(landing, situation, push_x, push_y, time):
         if push != 0.0:
             least = min(least, room / abs(push))
     return least
-
-
-@njit(forceinline=True)
-def corner_time(landing, situation, axis, end):
-    """When the foot just reaches an end of the step box, from now [s]; there is a kink."""
-    away, velocity = end - situation.foot[axis], situation.foot_velocity[axis]
-    side = math.copysign(1.0, away)
-    return time_to(abs(away), side * velocity, landing.max_speed, landing.max_acceleration)
 
 
 @njit
@@ -255,18 +293,31 @@ def margin(landing, situation):
         landing: a `LANDING` record.
         situation: a `SITUATION` record; reads times, offset and foot.
     """
-    earliest, latest = situation.earliest, situation.latest
     least = math.inf
     for axis in range(2):
-        for k in range(2):
-            sign = 1.0 - 2.0 * k
-            if landing.max_acceleration < math.inf:
-                x, y = (sign, 0.0) if axis == 0 else (0.0, sign)
-                room = most_saved(
-                    landing, situation, x, y, earliest, latest, math.inf, MARGIN_ROUNDS
-                )
-            else:
-                worth = best_worth(landing, situation, axis, sign, earliest, latest)
-                room = worth + landing.zmp_reach[axis] - sign * situation.offset[axis]
+        for sign in (1.0, -1.0):
+            room, _ = best_landing(landing, situation, axis, sign, MARGIN_ROUNDS)
             least = min(least, room)
     return least
+
+
+@njit
+def keep_way_back(landing, situation, decision):
+    """Move the foot only as far as the robot can still be saved if the push ends now.
+
+    A leg takes time to come back. While what could still be saved against the push is less than the
+    reserve, the landing is drawn towards the one that would save it, the more the less it is.
+    """
+    for axis in range(2):
+        force = situation.force[axis]
+        if force == 0.0:
+            continue
+        sign = -1.0 if force > 0.0 else 1.0
+        room, time = best_landing(landing, situation, axis, sign, ROUNDS_BACK)
+        if room >= landing.reserve[axis]:
+            continue
+        low, high, _, _ = reach(landing, situation, axis, time)
+        back = high if sign > 0.0 else low
+        if sign * (back - decision.step[axis]) > 0.0:
+            part = max(room / landing.reserve[axis], 0.0)
+            decision.step[axis] = back + part * (decision.step[axis] - back)

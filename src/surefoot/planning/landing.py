@@ -32,6 +32,9 @@ PARTS = 16
 """Of the interval of tau, among which the best is sought where the problem is not quite convex;
 shorter ones first, for a leg gets further the longer it has accelerated."""
 
+SPECIAL = 6
+"""Landing times that are tried beside these, see `special_tau`."""
+
 CLOSED = 1e-11
 """Fraction of tau to which the bracket closes."""
 
@@ -113,23 +116,38 @@ def cost_of(landing, situation, tau, decision):
     return 0.5 * total
 
 
+@njit(forceinline=True)
+def special_tau(landing, situation, guess, k):
+    """Landing times at which the cost may have a kink or its minimum, by number: `SPECIAL` of them.
+
+    The foot just reaches an end of the box on an axis; the plan; and the last decision.
+    """
+    if k == 4:
+        return situation.tau_ref
+    if k == 5:
+        return guess
+    edge = landing.step_min[k // 2] if k % 2 == 0 else landing.step_max[k // 2]
+    time = situation.elapsed + corner_time(landing, situation, k // 2, edge)
+    return math.exp(landing.omega * min(time, landing.longest))
+
+
 @njit
-def best_part(landing, situation, low, high, decision):
-    """The part of an interval of tau, a few samples wide, that holds the least cost of them.
+def best_part(landing, situation, low, high, guess, decision):
+    """The best of some landing times, and its neighbours.
 
     A leg of limited acceleration gets nowhere in the first moments, so that to land at once and to
     land a little later can both be better than what lies between.
+
+    Returns:
+        tau before, of, and after the least cost.
     """
     length = math.log(high / low)
     best, where = math.inf, low
-    for k in range(PARTS + 5):
+    for k in range(PARTS + 1 + SPECIAL):
         if k <= PARTS:
             tau = low * math.exp(length * (k / PARTS) ** 2)
         else:
-            axis, end = (k - PARTS - 1) // 2, (k - PARTS - 1) % 2
-            edge = landing.step_max[axis] if end == 0 else landing.step_min[axis]
-            time = situation.elapsed + corner_time(landing, situation, axis, edge)
-            tau = math.exp(landing.omega * time)
+            tau = special_tau(landing, situation, guess, k - PARTS - 1)
             if not low < tau < high:
                 continue
         tau_slope(landing, situation, tau, decision)
@@ -138,12 +156,15 @@ def best_part(landing, situation, low, high, decision):
         if cost < best:
             best, where = cost, tau
     part = PARTS * math.sqrt(max(math.log(where / low), 0.0) / length)
-    before, after = max(math.ceil(part) - 1, 0), min(math.floor(part) + 1, PARTS)
-    return (
-        low * math.exp(length * (before / PARTS) ** 2),
-        low * math.exp(length * (after / PARTS) ** 2),
-        where,
-    )
+    before = low * math.exp(length * (max(math.ceil(part) - 1, 0) / PARTS) ** 2)
+    after = low * math.exp(length * (min(math.floor(part) + 1, PARTS) / PARTS) ** 2)
+    for k in range(SPECIAL):
+        tau = special_tau(landing, situation, guess, k)
+        if before < tau < where:
+            before = tau
+        if where < tau < after:
+            after = tau
+    return before, where, after
 
 
 @njit
@@ -181,7 +202,7 @@ def decide_landing(landing, situation, guess, decision):
     tau = min(max(situation.tau_ref, low), high)
     slope, flat = tau_slope(landing, situation, tau, decision), FLAT / situation.tau_ref
     if abs(slope) > flat and landing.max_acceleration < math.inf and high > low:
-        low, high, tau = best_part(landing, situation, low, high, decision)
+        low, tau, high = best_part(landing, situation, low, high, guess, decision)
         slope = tau_slope(landing, situation, tau, decision)
     if abs(slope) > flat:
         at_low = at_high = slope
