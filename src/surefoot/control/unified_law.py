@@ -14,7 +14,7 @@ from surefoot.control.cycle import LARGEST_EXPONENT
 from surefoot.control.push_observer import OBSERVING, PUSH_OBSERVER
 from surefoot.control.tracking_law import PLAN, TRACKING
 from surefoot.models.interfaces import COMMAND, Mode, Status
-from surefoot.planning.anticipation import saved_share, worth_after
+from surefoot.planning.anticipation import anticipate, corner_time, saved_share, worth_after
 from surefoot.planning.landing_place import soft_error
 from surefoot.planning.landing_problem import DECISION, LANDING, SITUATION, Limit
 from surefoot.planning.support_polygon import nearest_under_foot
@@ -79,6 +79,13 @@ def assess(parameters, observation, plan, last_duration, force, situation, decis
         decision.force[i] = force[i]
     soonest = max(landing.shortest, elapsed, min(last_duration, elapsed + parameters.commitment))
     latest = max(landing.longest, soonest)
+    for i in range(2):
+        # A foot beside the step box has to be back in it.
+        low, high = landing.step_min[i], landing.step_max[i]
+        if not low <= situation.foot[i] <= high:
+            edge = low if situation.foot[i] < low else high
+            back = elapsed + corner_time(landing, situation, i, edge)
+            soonest = min(max(soonest, back), latest)
     situation.elapsed, situation.tau_ref = elapsed, plan.growth
     situation.tau_min, situation.tau_max = math.exp(omega * soonest), math.exp(omega * latest)
     situation.earliest, situation.latest = soonest - elapsed, latest - elapsed
@@ -89,23 +96,6 @@ def assess(parameters, observation, plan, last_duration, force, situation, decis
     share = saved_share(landing, situation, push_x, push_y)
     decision.share = share
     anticipate(landing, situation, share * push_x, share * push_y)
-
-
-@njit(forceinline=True)
-def anticipate(landing, situation, more_x, more_y):
-    """Write what the DCM may be at the landing: the push goes on, or ends just before it.
-
-    Until the landing can no longer be taken back the push is there to be seen, so for the side
-    away from it counts that it ends then: e k + f (k - e^(omega delta)).
-    """
-    for i in range(2):
-        more, force = (more_x if i == 0 else more_y), situation.force[i]
-        situation.anticipated[i] = situation.offset[i] + more
-        ending, shift = situation.offset[i] + force, -force * landing.commitment
-        for k in range(2):
-            goes_on = force == 0.0 or (force > 0.0) == (k == 0)
-            situation.rate[i, k] = situation.anticipated[i] if goes_on else ending
-            situation.shift[i, k] = 0.0 if goes_on else shift
 
 
 @njit(forceinline=True)

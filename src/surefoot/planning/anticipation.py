@@ -31,6 +31,9 @@ ROUNDS_BACK = 5
 ROUNDS_ALONE = 6
 """Of the search for the time at which one axis lands, from piece to piece."""
 
+EDGE = 1e-9
+"""A foot that is this part of the step box beside it is at its edge."""
+
 BISECTIONS = 14
 """Of the step box, for the place from which the robot can still turn back."""
 
@@ -56,15 +59,16 @@ def reach(landing, situation, axis, time):
         low_rate = min(speed, acceleration * time - velocity)
         high_rate = min(speed, acceleration * time + velocity)
     low_end, high_end = landing.step_min[axis], landing.step_max[axis]
-    if low > high_end:
+    rounding = EDGE * (high_end - low_end)
+    if low > high_end + rounding:
         return low, low, -low_rate, -low_rate
-    if high < low_end:
+    if high < low_end - rounding:
         return high, high, high_rate, high_rate
     if low <= low_end:
         low, low_rate = low_end, 0.0
     if high >= high_end:
         high, high_rate = high_end, 0.0
-    return low, high, -low_rate, high_rate
+    return min(low, high_end), max(high, low_end), -low_rate, high_rate
 
 
 @njit(forceinline=True)
@@ -161,38 +165,45 @@ def best_landing(landing, situation, axis, sign, rounds):
 
 
 @njit(forceinline=True)
-def returning_place(landing, situation, axis, sign, time, low, high):
-    """How far along `sign` a foot may land after a time, for a push along it that ends just before.
+def way_back(landing, situation, axis, sign, growth):
+    """How far a landing may be along `sign`, less Z against it, for the DCM not to be left behind.
 
-    The push goes on until the landing cannot be taken back any more; if it ends then, the DCM must
-    not be left behind. That is monotone in the place, and so found by bisection.
+    The push goes on until the landing cannot be taken back any more, and ends then [m].
+    """
+    offset, force = situation.offset[axis], situation.force[axis]
+    offset = offset * growth + force * (growth - landing.commitment)
+    return sign * offset + landing.zmp_reach[axis] * growth
+
+
+@njit(forceinline=True)
+def returning_place(landing, axis, sign, allowed, low, high):
+    """The landing furthest along `sign` after which the robot is saved if the push ends.
+
+    sign X - Z_against(X) <= allowed is monotone in the place, and so found by bisection.
 
     Args:
+        allowed: of `way_back` [m].
         low, high: the interval of landings [m].
 
     Returns:
-        The place [m]; beyond the near end of the interval if there is none in it.
+        The place, the end of the interval that is behind if there is none [m]; and how far this is
+        inside what is allowed, negative if there is none [m].
     """
-    growth = math.exp(landing.omega * time)
-    force = situation.force[axis]
-    offset = situation.offset[axis] * growth + force * (growth - landing.commitment)
-    room = sign * offset + landing.zmp_reach[axis] * growth
     row, near, far = (1, low, high) if sign > 0.0 else (0, high, low)
-    value, slope = worth_after(landing.worth, landing, axis, row, far)
-    if sign * far - value <= room:
-        return far
-    value, _ = worth_after(landing.worth, landing, axis, row, near)
-    if sign * near - value > room:
-        return near - sign * (sign * near - value - room)
+    left = allowed - sign * far + worth_after(landing.worth, landing, axis, row, far)[0]
+    if left >= 0.0:
+        return far, left
+    left = allowed - sign * near + worth_after(landing.worth, landing, axis, row, near)[0]
+    if left < 0.0:
+        return near, left
     first, last = near, far
     for _ in range(BISECTIONS):
         middle = 0.5 * (first + last)
-        value, slope = worth_after(landing.worth, landing, axis, row, middle)
-        if sign * middle - value <= room:
+        if sign * middle - worth_after(landing.worth, landing, axis, row, middle)[0] <= allowed:
             first = middle
         else:
             last = middle
-    return first
+    return first, 0.0
 
 
 @njit
@@ -200,22 +211,27 @@ def share_at(landing, situation, push_x, push_y, time):
     """The multiple of a displacement that both axes save, if they land after this time.
 
     A landing that the push would call for counts only as far as it also saves the robot if the push
-    ends, see `returning_place`; and an axis that is not pushed must be saved too.
+    ends, see `way_back`. An axis that is not pushed has to keep its reserve: what it lacks of that
+    counts as what is lacking of the push.
     """
     least = math.inf
+    growth = math.exp(landing.omega * time)
     for axis in range(2):
         push = push_x if axis == 0 else push_y
         low, high, _, _ = reach(landing, situation, axis, time)
         sign = -1.0 if push < 0.0 else 1.0
-        place = returning_place(landing, situation, axis, sign, time, low, high)
+        allowed = way_back(landing, situation, axis, sign, growth)
+        place, left = returning_place(landing, axis, sign, allowed, low, high)
         value, _ = worth_after(landing.worth, landing, axis, 0 if sign > 0.0 else 1, place)
-        shrink = math.exp(-landing.omega * time)
-        room = shrink * (sign * place + value) + landing.zmp_reach[axis]
+        room = (sign * place + value) / growth + landing.zmp_reach[axis]
         room -= sign * situation.offset[axis]
-        if place < low or place > high or (push == 0.0 and room < 0.0):
+        if left < 0.0 or (push == 0.0 and room < 0.0):
             return -math.inf
         if push != 0.0:
             least = min(least, room / abs(push))
+        elif landing.reserve[axis] > 0.0:
+            room *= growth
+            least = min(least, min(room, 0.5 * (room + left)) / landing.reserve[axis])
     return least
 
 
@@ -281,6 +297,23 @@ def saved_share(landing, situation, push_x, push_y):
     earliest, latest = situation.earliest, situation.latest
     share = most_saved(landing, situation, push_x, push_y, earliest, latest, 1.0, ROUNDS)
     return min(max(share, 0.0), 1.0)
+
+
+@njit(forceinline=True)
+def anticipate(landing, situation, more_x, more_y):
+    """Write what the DCM may be at the landing: the push goes on, or ends just before it.
+
+    Until the landing can no longer be taken back the push is there to be seen, so for the side
+    away from it counts that it ends then: e k + f (k - e^(omega delta)).
+    """
+    for i in range(2):
+        more, force = (more_x if i == 0 else more_y), situation.force[i]
+        situation.anticipated[i] = situation.offset[i] + more
+        ending, shift = situation.offset[i] + force, -force * landing.commitment
+        for k in range(2):
+            goes_on = force == 0.0 or (force > 0.0) == (k == 0)
+            situation.rate[i, k] = situation.anticipated[i] if goes_on else ending
+            situation.shift[i, k] = 0.0 if goes_on else shift
 
 
 @njit
