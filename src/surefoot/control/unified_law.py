@@ -82,7 +82,7 @@ def assess(parameters, observation, plan, last_duration, force, situation, decis
     for i in range(2):
         # A foot beside the step box has to be back in it.
         low, high = landing.step_min[i], landing.step_max[i]
-        if not low <= situation.foot[i] <= high:
+        if landing.max_acceleration == math.inf and not low <= situation.foot[i] <= high:
             edge = low if situation.foot[i] < low else high
             back = elapsed + corner_time(landing, situation, i, edge)
             soonest = min(max(soonest, back), latest)
