@@ -16,7 +16,7 @@ from surefoot.models.leg import furthest, time_to
 GOLDEN = 0.6180339887498949
 """Each round keeps this much of the bracket."""
 
-PARTS = 24
+PARTS = 16
 """Of the interval of landing times, before the best of them is refined; shorter ones first."""
 
 ROUNDS = 10
@@ -34,8 +34,8 @@ ROUNDS_ALONE = 6
 EDGE = 1e-9
 """A foot that is this part of the step box beside it is at its edge."""
 
-BISECTIONS = 14
-"""Of the step box, for the place from which the robot can still turn back."""
+NEWTON_STEPS = 12
+"""At most, for the place from which the robot can still turn back; two or three are usual."""
 
 MOMENT = 4e-6
 """Shorter times make no difference [1/omega]."""
@@ -105,7 +105,7 @@ def corner_time(landing, situation, axis, end):
 
 
 @njit
-def best_landing(landing, situation, axis, sign, rounds):
+def best_landing(landing, situation, axis, sign, enough, rounds):
     """The landing that saves the largest displacement along `sign`, whatever the other axis does.
 
     Without a limit of acceleration the worth is linear in time but for its decay, piece by piece,
@@ -113,6 +113,7 @@ def best_landing(landing, situation, axis, sign, rounds):
     only costs. Otherwise the best of some times is refined by golden section.
 
     Args:
+        enough: the search ends at a landing that saves so much beyond the offset [m].
         rounds: of the golden section.
 
     Returns:
@@ -122,6 +123,7 @@ def best_landing(landing, situation, axis, sign, rounds):
     earliest, latest = situation.earliest, situation.latest
     end = landing.step_max[axis] if sign > 0.0 else landing.step_min[axis]
     there = corner_time(landing, situation, axis, end)
+    beyond = landing.zmp_reach[axis] - sign * situation.offset[axis]
     best, when = worth_of(landing, situation, axis, sign, latest)[0], latest
     if landing.max_acceleration == math.inf:
         time = last = min(max(there, earliest), latest)
@@ -141,13 +143,15 @@ def best_landing(landing, situation, axis, sign, rounds):
             best, when = worth, time
     else:
         length = latest - earliest
-        for k in range(PARTS + 1):
-            time = earliest + length * (k / PARTS) ** 2 if k < PARTS else there
+        for k in range(-1, PARTS):
+            time = earliest + length * (k / PARTS) ** 2 if k >= 0 else there
             if not earliest <= time <= latest:
                 continue
             worth = worth_of(landing, situation, axis, sign, time)[0]
             if worth > best:
                 best, when = worth, time
+                if best + beyond >= enough:
+                    return best + beyond, when
         part = PARTS * math.sqrt(max(when - earliest, 0.0) / length) if length > 0.0 else 0.0
         low = earliest + length * (max(math.ceil(part) - 1, 0) / PARTS) ** 2
         high = earliest + length * (min(math.floor(part) + 1, PARTS) / PARTS) ** 2
@@ -161,7 +165,7 @@ def best_landing(landing, situation, axis, sign, rounds):
                 low = left
             else:
                 high = right
-    return best + landing.zmp_reach[axis] - sign * situation.offset[axis], when
+    return best + beyond, when
 
 
 @njit(forceinline=True)
@@ -179,7 +183,8 @@ def way_back(landing, situation, axis, sign, growth):
 def returning_place(landing, axis, sign, allowed, low, high):
     """The landing furthest along `sign` after which the robot is saved if the push ends.
 
-    sign X - Z_against(X) <= allowed is monotone in the place, and so found by bisection.
+    sign X - Z_against(X) <= allowed is monotone in the place and linear from node to node: Newton's
+    method finds its end inside a bracket.
 
     Args:
         allowed: of `way_back` [m].
@@ -196,14 +201,22 @@ def returning_place(landing, axis, sign, allowed, low, high):
     left = allowed - sign * near + worth_after(landing.worth, landing, axis, row, near)[0]
     if left < 0.0:
         return near, left
-    first, last = near, far
-    for _ in range(BISECTIONS):
-        middle = 0.5 * (first + last)
-        if sign * middle - worth_after(landing.worth, landing, axis, row, middle)[0] <= allowed:
-            first = middle
+    inside, beyond, place = near, far, near
+    _, rise = worth_after(landing.worth, landing, axis, row, near)
+    for _ in range(NEWTON_STEPS):
+        if sign * rise < 1.0:
+            place += left / (sign - rise)
+        if not min(inside, beyond) < place < max(inside, beyond):
+            place = 0.5 * (inside + beyond)
+        value, rise = worth_after(landing.worth, landing, axis, row, place)
+        left = allowed - sign * place + value
+        if abs(left) <= EDGE * (landing.step_max[axis] - landing.step_min[axis]):
+            return place, 0.0
+        if left > 0.0:
+            inside = place
         else:
-            last = middle
-    return first, 0.0
+            beyond = place
+    return inside, 0.0
 
 
 @njit
@@ -329,7 +342,7 @@ def margin(landing, situation):
     least = math.inf
     for axis in range(2):
         for sign in (1.0, -1.0):
-            room, _ = best_landing(landing, situation, axis, sign, MARGIN_ROUNDS)
+            room, _ = best_landing(landing, situation, axis, sign, math.inf, MARGIN_ROUNDS)
             least = min(least, room)
     return least
 
@@ -346,11 +359,12 @@ def keep_way_back(landing, situation, decision):
         if force == 0.0:
             continue
         sign = -1.0 if force > 0.0 else 1.0
-        room, time = best_landing(landing, situation, axis, sign, ROUNDS_BACK)
-        if room >= landing.reserve[axis]:
+        reserve = landing.reserve[axis]
+        room, time = best_landing(landing, situation, axis, sign, reserve, ROUNDS_BACK)
+        if room >= reserve:
             continue
         low, high, _, _ = reach(landing, situation, axis, time)
         back = high if sign > 0.0 else low
         if sign * (back - decision.step[axis]) > 0.0:
-            part = max(room / landing.reserve[axis], 0.0)
+            part = max(room / reserve, 0.0)
             decision.step[axis] = back + part * (decision.step[axis] - back)
