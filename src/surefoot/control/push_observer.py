@@ -17,23 +17,27 @@ import numpy as np
 
 from surefoot.compiling import njit
 
-SMOOTHINGS = (0.0, 0.004, 0.016, 0.064)
-"""Time constants of the estimates [s]."""
+SMOOTHINGS = (0.0, 0.014, 0.056, 0.224)
+"""Time constants of the estimates [1/omega]."""
 
-NOISE_TIME = 0.1
-"""Time constant with which the noise is learnt [s]."""
+NOISE_TIME = 0.35
+"""Time constant with which the noise is learnt [1/omega]."""
 
 SURE = 5.0
 """An estimate that is this many standard deviations from zero is a push."""
 
-HARMLESS = 0.05
-"""So is one whose noise, as many times, is below this [m]: it would change nothing."""
+HARMLESS = 0.2
+"""So is one whose noise, as many times, is below this part of the gait's room R: it would change
+nothing."""
 
 OUTLIER = 9.0
 """A squared jump larger than this many times the usual one is the edge of a push."""
 
-NO_FORCE = 1e-9
-"""An estimate that is no larger is rounding [m]."""
+NO_FORCE = 4e-9
+"""An estimate that is no larger than this part of R is rounding."""
+
+LONGEST_GAP = 3.5
+"""A gap between two cycles counts no longer than this [1/omega]."""
 
 SHORT = 0.2
 """A cycle shorter than this part of a period says too little of the force in it."""
@@ -41,10 +45,17 @@ SHORT = 0.2
 _COUNT = len(SMOOTHINGS)
 
 OBSERVING = np.dtype(
-    [("omega", "f8"), ("period", "f8"), ("follow", "f8", (_COUNT,)), ("learn", "f8")]
+    [
+        ("omega", "f8"),
+        ("period", "f8"),
+        ("follow", "f8", (_COUNT,)),
+        ("learn", "f8"),
+        ("harmless", "f8"),
+        ("rounding", "f8"),
+    ]
 )
 """Parameters: natural frequency [1/s], control period [s], how much each estimate follows in a
-cycle, and how much the noise is learnt in one."""
+cycle, how much the noise is learnt in one; and what is harmless and what is rounding [m]."""
 
 PUSH_OBSERVER = np.dtype(
     [
@@ -61,10 +72,20 @@ PUSH_OBSERVER = np.dtype(
 cycle its time [s], DCM and commanded ZMP [m], if it was seen."""
 
 
-def observing(omega: float, period: float) -> tuple[float, float, list[float], float]:
-    """The `OBSERVING` record for a natural frequency [1/s] and a control period [s]."""
-    follow = [-math.expm1(-period / time) if time > 0.0 else 1.0 for time in SMOOTHINGS]
-    return omega, period, follow, -math.expm1(-period / NOISE_TIME)
+def observing(
+    omega: float, period: float, room: float
+) -> tuple[float, float, list[float], float, float, float]:
+    """The `OBSERVING` record of a controller.
+
+    Args:
+        omega: natural frequency [1/s].
+        period: control period [s].
+        room: R, how far the gait is from what cannot be saved [m].
+    """
+    step = omega * period
+    follow = [-math.expm1(-step / time) if time > 0.0 else 1.0 for time in SMOOTHINGS]
+    learn = -math.expm1(-step / NOISE_TIME)
+    return omega, period, follow, learn, HARMLESS * room, NO_FORCE * room
 
 
 @njit(forceinline=True)
@@ -74,8 +95,8 @@ def _answer(parameters, observer, axis):
         value, part = observer.estimate[axis, k], parameters.follow[k]
         # Of white noise s in the DCM a jump is (1, -2, 1) s, and an estimate has `part` of (1, -1).
         noise = part * math.sqrt(observer.jump[axis] / (3.0 * (2.0 - part)))
-        if SURE * noise <= max(HARMLESS, abs(value)):
-            return 0.0 if abs(value) < NO_FORCE else value
+        if SURE * noise <= max(parameters.harmless, abs(value)):
+            return 0.0 if abs(value) < parameters.rounding else value
     return 0.0
 
 
@@ -101,12 +122,12 @@ def observe_push(parameters, last, observation, observer):
     elapsed = observation.time - last.time
     if elapsed <= SHORT * parameters.period:
         return
-    growth = math.exp(parameters.omega * min(elapsed, 1.0))
+    growth = math.exp(min(parameters.omega * elapsed, LONGEST_GAP))
     for i in range(2):
         expected = last.zmp[i] + (last.dcm[i] - last.zmp[i]) * growth
         force = (observation.dcm[i] - expected) / (growth - 1.0)
         jump, usual = force - last.estimate[i, 0], last.jump[i]
-        square = min(jump * jump, OUTLIER * usual + HARMLESS * HARMLESS)
+        square = min(jump * jump, OUTLIER * usual + parameters.harmless**2)
         observer.jump[i] = usual + parameters.learn * (square - usual)
         for k in range(_COUNT):
             before = last.estimate[i, k]

@@ -174,14 +174,16 @@ class UnifiedController:
         object.__setattr__(self, "gait", gait)
         object.__setattr__(self, "velocity", gait.velocity)
         self._check_leg()
+        reach = np.array(self.robot.foot.half) if self.ankle else np.zeros(2)
+        room = gait_room(self.robot, gait, (reach[0], reach[1]))
         parameters = new_array(UNIFIED)
         parameters["tracking"] = tracking_parameters(
             self.robot, gait, self.dcm_gain, self.ankle, 0.0, self.period
         )
-        parameters["landing"] = self._landing()
+        parameters["landing"] = self._landing(reach, room)
         parameters["anticipation"] = -math.expm1(-self.robot.omega * self.horizon)
-        parameters["observing"] = observing(self.robot.omega, self.period)
-        parameters["commitment"] = self._commitment()
+        parameters["observing"] = observing(self.robot.omega, self.period, room)
+        parameters["commitment"] = self.commitment
         object.__setattr__(self, "parameters", parameters)
         _compiled()  # Now rather than in the first control cycle.
 
@@ -203,32 +205,25 @@ class UnifiedController:
                 "walk more slowly, or give the leg its true speed and acceleration",
             )
 
-    def _commitment(self) -> float:
-        if self.commitment is not None:
-            check_number("commitment", self.commitment, 0.0, "s")
-            return self.commitment
-        return COMMITMENT * self.period
-
-    def _landing(self) -> NDArray[np.void]:
+    def _landing(self, reach: NDArray[np.float64], room: float) -> NDArray[np.void]:
         """The `LANDING` record.
 
         What comfort leaves to the next step is no more than the ZMP can take up in one.
         """
         gain = 1.0 + self.dcm_gain / self.robot.omega
-        reach = np.array(self.robot.foot.half) if self.ankle else np.zeros(2)
         taken = -math.expm1(-self.robot.omega * self.gait.step_duration)
         return landing_parameters(
             self.robot,
             reach,
             np.minimum(reach, gain * self.comfort),
             np.minimum(self.comfort, taken * reach),
-            room=gait_room(self.robot, self.gait, (reach[0], reach[1])),
+            room=room,
             tau_ref=self.gait.growth,
             step_weight=self.step_weight,
             tau_weight=self.tau_weight,
             offset_weight=self.offset_weight,
             reserve=self.reserve,
-            commitment=self._commitment(),
+            commitment=self.commitment,
         )
 
     @property
