@@ -69,10 +69,11 @@ def test_the_gait_at_the_largest_speed_has_room_for_rounding_and_no_more(robot) 
         )
 
 
-def test_a_step_duration_that_ends_at_the_box_is_walked_for_ever() -> None:
+@pytest.mark.parametrize("speed", [0.7, 1.1])
+def test_a_step_duration_that_ends_at_the_box_is_walked_for_ever(speed: float) -> None:
     """Not the largest speed, but the longest step: the same room."""
     robot = sf.load_robot("paper-biped")
     for make in (sf.DcmTracking, sf.StepTiming, sf.HybridController):
-        controller = make(robot, (1.0, 0.0), step_duration=0.5)
+        controller = make(robot, (speed, 0.0), step_duration=0.5 / speed)
         (result,) = sf.simulate_batch(controller, [[]], LONG, workers=1)
         assert result["settled"]

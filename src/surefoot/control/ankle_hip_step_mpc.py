@@ -23,6 +23,7 @@ from surefoot.control.receding_horizon import (
     Programs,
     RecedingHorizon,
     check_receding,
+    free_steps,
     horizons,
     receding_parameters,
     samples_in,
@@ -30,7 +31,7 @@ from surefoot.control.receding_horizon import (
 )
 from surefoot.errors import RobotError
 from surefoot.models.robot import Robot, Trunk
-from surefoot.planning.lipm_horizon import Horizon, lean_response, velocity_response
+from surefoot.planning.lipm_horizon import Horizon, lean_response, push_response, velocity_response
 from surefoot.planning.nominal_gait import NominalGait, nominal_gait
 
 
@@ -49,6 +50,8 @@ class AnkleHipStepMpc(RecedingHorizon):
         torque_weight: on the distance by which the hip torque moves the ZMP in effect [1/m^2].
         lean_weight: on the lean of the trunk [1/rad^2].
         lean_rate_weight: on its rate [s^2/rad^2].
+        push_horizon: how much longer a push that is felt is expected to go on; T_nom if None, 0 as
+            published [s].
         solve_period: how often the program is solved [s].
         step_duration: T_nom, chosen from the velocity if None [s].
         period: control period [s].
@@ -70,6 +73,7 @@ class AnkleHipStepMpc(RecedingHorizon):
     torque_weight: float = 1.0
     lean_weight: float = 1e-2
     lean_rate_weight: float = 1e-3
+    push_horizon: float | None = None
     solve_period: float = 0.005
     step_duration: float | None = None
     period: float = 0.005
@@ -86,6 +90,8 @@ class AnkleHipStepMpc(RecedingHorizon):
             check_number(name, getattr(self, name), 0.0, unit)
         for name in ("zmp_weight", "step_weight", "torque_weight"):
             check_number(name, getattr(self, name), 0.0, "1/m^2", above=True)
+        if self.push_horizon is not None:
+            check_number("push_horizon", self.push_horizon, 0.0, "s")
         trunk = self.robot.trunk
         if trunk is None:
             raise RobotError(
@@ -99,7 +105,7 @@ class AnkleHipStepMpc(RecedingHorizon):
         parameters = receding_parameters(
             self.robot, gait, self.period, self.solve_period, self.sample, self.samples
         )
-        parameters["steps"] = steps_ahead(gait, self.sample, self.samples)
+        free_steps(parameters, self.robot, gait, self.sample, self.samples)
         weight = self.robot.mass * self.robot.gravity
         parameters["torque_per_shift"] = weight
         parameters["max_shift"] = trunk.max_torque / weight
@@ -136,11 +142,15 @@ class AnkleHipStepMpc(RecedingHorizon):
             ]
         )
         hessian = response.T @ weighed + lean.T @ weighed_lean + rate.T @ weighed_rate
+        lasting = self.gait.step_duration if self.push_horizon is None else self.push_horizon
+        from_push = push_response(from_zmp, seen.lengths, lasting)
         gain = np.hstack(
             [
                 weighed.T @ from_dcm[:, None],
                 weighed_lean.T @ lean_state[:, 0] + weighed_rate.T @ lean_state[:, 1],
+                weighed.T @ from_push[:, None],
             ]
         )
-        row_state = np.hstack([np.zeros((self.samples, 1)), lean_state[:, 0]])
+        none = np.zeros((self.samples, 1))
+        row_state = np.hstack([none, lean_state[:, 0], none])
         return hessian + np.diag(own), gain, lean, row_state

@@ -7,6 +7,11 @@ The program of `linear_mpc`, with the step vectors of the horizon as further unk
 
 The reference is the velocity of the nominal gait, with its sway from foot to foot: a reference of
 constant lateral velocity would draw the feet together until their bounds hold them apart.
+
+A push that is felt, see `push_observer`, is expected to go on. Without that, a step that lands while
+it does is too short by all that is still to come, and cannot be taken back: late in a step that costs
+a third to half of what can be survived. But a step for a push that goes on must be one that is
+saved if it ends now, see `receding_cycle`.
 """
 
 from __future__ import annotations
@@ -21,13 +26,14 @@ from surefoot.control.receding_horizon import (
     Programs,
     RecedingHorizon,
     check_receding,
+    free_steps,
     horizons,
     receding_parameters,
     samples_in,
     steps_ahead,
 )
 from surefoot.models.robot import Robot
-from surefoot.planning.lipm_horizon import velocity_response
+from surefoot.planning.lipm_horizon import push_response, velocity_response
 from surefoot.planning.nominal_gait import NominalGait, nominal_gait
 
 
@@ -48,6 +54,8 @@ class FootPlacementMpc(RecedingHorizon):
         velocity_weight: on the deviation of the CoM velocity from the nominal gait [s^2/m^2].
         zmp_weight: on the distance of the ZMP from the centre of the foot [1/m^2].
         step_weight: on the deviation of a step vector from the nominal one [1/m^2].
+        push_horizon: how much longer a push that is felt is expected to go on; T_nom if None, 0 as
+            published [s].
         solve_period: how often the program is solved; 0.1 as published [s].
         step_duration: T_nom, chosen from the velocity if None [s].
         period: control period [s].
@@ -65,6 +73,7 @@ class FootPlacementMpc(RecedingHorizon):
     velocity_weight: float = 1.0
     zmp_weight: float = 1.0
     step_weight: float = 1e-3
+    push_horizon: float | None = None
     solve_period: float = 0.005
     step_duration: float | None = None
     period: float = 0.005
@@ -77,13 +86,15 @@ class FootPlacementMpc(RecedingHorizon):
         check_number("velocity_weight", self.velocity_weight, 0.0, "s^2/m^2")
         check_number("zmp_weight", self.zmp_weight, 0.0, "1/m^2", above=True)
         check_number("step_weight", self.step_weight, 0.0, "1/m^2", above=True)
+        if self.push_horizon is not None:
+            check_number("push_horizon", self.push_horizon, 0.0, "s")
         gait = nominal_gait(self.robot, self.velocity, self.step_duration)
         object.__setattr__(self, "gait", gait)
         object.__setattr__(self, "velocity", gait.velocity)
         parameters = receding_parameters(
             self.robot, gait, self.period, self.solve_period, self.sample, self.samples
         )
-        parameters["steps"] = steps_ahead(gait, self.sample, self.samples)
+        free_steps(parameters, self.robot, gait, self.sample, self.samples)
         object.__setattr__(self, "parameters", parameters)
         object.__setattr__(self, "programs", self._programs())
 
@@ -91,6 +102,7 @@ class FootPlacementMpc(RecedingHorizon):
         hessian, gain = [], []
         node = self.gait.step_duration / samples_in(self.gait, self.sample)
         steps = steps_ahead(self.gait, self.sample, self.samples)
+        lasting = self.gait.step_duration if self.push_horizon is None else self.push_horizon
         for seen in horizons(self.gait, self.period, self.sample, self.samples):
             share = seen.lengths / node
             from_dcm, from_zmp = velocity_response(self.gait.omega, seen.lengths)
@@ -98,6 +110,7 @@ class FootPlacementMpc(RecedingHorizon):
             weighed = self.velocity_weight * share[:, None] * response
             own = np.concatenate([self.zmp_weight * share, np.full(steps, self.step_weight)])
             hessian.append(response.T @ weighed + np.diag(own))
-            gain.append(weighed.T @ from_dcm[:, None])
+            from_push = push_response(from_zmp, seen.lengths, lasting)
+            gain.append(weighed.T @ np.stack([from_dcm, from_push], axis=1))
         none = np.zeros((len(gain), 0, self.samples + steps))
-        return Programs(np.array(hessian), np.array(gain), none, none[:, :, :1])
+        return Programs(np.array(hessian), np.array(gain), none, none[:, :, :2])

@@ -47,6 +47,7 @@ from surefoot.models.robot import Robot
 from surefoot.planning.gait_problem import gait_problem
 from surefoot.planning.nominal_gait import NominalGait, nominal_gait
 from surefoot.planning.step_adaptation import solve_step_record
+from surefoot.planning.step_in_reach import SAVED, saved_by, solve_step_in_reach
 from surefoot.planning.step_problem import (
     OFFSET_PENALTY,
     OFFSET_WEIGHT,
@@ -55,8 +56,17 @@ from surefoot.planning.step_problem import (
     StepProblem,
 )
 
-HYBRID = np.dtype([("tracking", TRACKING), ("threshold", "f8"), ("problem", STEP_PROBLEM, (2,))])
-"""Parameters: of tracking, the threshold [m], and the step problem of each support side."""
+HYBRID = np.dtype(
+    [
+        ("tracking", TRACKING),
+        ("threshold", "f8"),
+        ("knows_leg", "i8"),
+        ("saved", SAVED),
+        ("problem", STEP_PROBLEM, (2,)),
+    ]
+)
+"""Parameters: of tracking, the threshold [m], whether landings must be in reach of the leg, what
+steps of it can save, and the step problem of each support side."""
 
 HYBRID_STATE = np.dtype([("plan", PLAN), ("solution", STEP_SOLUTION), ("command", COMMAND)])
 
@@ -67,13 +77,24 @@ _ADAPTING = int(Mode.ADAPTING)
 def adapt(parameters, observation, growth, solution, command):
     """Write ZMP, landing and timing of a step that is decided now; `growth` is e^(omega t)."""
     problem = parameters.problem[side_index(observation.support_side)]
-    solve_step_record(
-        problem,
-        (observation.dcm[0] - observation.support_foot[0]) / growth,
-        (observation.dcm[1] - observation.support_foot[1]) / growth,
-        growth,
-        solution,
-    )
+    foot, leg = observation.support_foot, parameters.tracking.swing
+    growth_x = (observation.dcm[0] - foot[0]) / growth
+    growth_y = (observation.dcm[1] - foot[1]) / growth
+    if parameters.knows_leg != 0:
+        swing, velocity = observation.swing_foot, observation.swing_foot_velocity
+        solve_step_in_reach(
+            problem,
+            parameters.saved,
+            float(observation.support_side),
+            growth_x,
+            growth_y,
+            math.log(growth) / parameters.tracking.omega,
+            (swing[0] - foot[0], swing[1] - foot[1], velocity[0], velocity[1]),
+            (leg.max_speed, leg.max_acceleration, parameters.tracking.omega),
+            solution,
+        )
+    else:
+        solve_step_record(problem, growth_x, growth_y, growth, solution)
     command.mode, command.status, command.double_support = _ADAPTING, solution.status, 0
     command.step_duration = max(
         math.log(solution.tau) / parameters.tracking.omega, observation.elapsed
@@ -148,6 +169,8 @@ class HybridController:
         tau_weight: a3 on tau [-].
         offset_weight: (a4, a5) on the DCM offset; they must dominate [1/m^2].
         offset_penalty: on half the squared violation of the offset bounds [1/m^2].
+        knows_leg: whether a landing must be in reach of `robot.swing` when the foot lands; False is
+            as published.
         double_support: fraction of the step for which both feet share the load while tracking.
         step_duration: T_nom, chosen from the velocity if None [s].
         period: control period [s].
@@ -166,6 +189,7 @@ class HybridController:
     tau_weight: float = 1.0
     offset_weight: tuple[float, float] = OFFSET_WEIGHT
     offset_penalty: float = OFFSET_PENALTY
+    knows_leg: bool = False
     double_support: float = 0.0
     step_duration: float | None = None
     period: float = 0.001
@@ -192,6 +216,10 @@ class HybridController:
             self.period,
         )
         parameters["threshold"] = self.threshold
+        knows_leg = self.knows_leg and self.robot.swing.is_limited
+        parameters["knows_leg"] = knows_leg
+        if knows_leg:
+            parameters["saved"] = saved_by(self.robot)
         for side in Side:
             parameters["problem"][0, side_index.py_func(side)] = self.step_problem(side).array[0]
         object.__setattr__(self, "parameters", parameters)

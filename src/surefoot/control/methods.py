@@ -138,7 +138,8 @@ METHODS = (
         StepTiming,
         "Khadiv et al. 2016, 2020",
         "step location, timing",
-        "leaves the ZMP at the centre of the foot; does not know how fast the leg is",
+        "leaves the ZMP at the centre of the foot; knows the leg, as published it does not",
+        parameters=MappingProxyType({"knows_leg": True}),
     ),
     Method(
         "timing-nlp",
@@ -155,7 +156,8 @@ METHODS = (
         HybridController,
         "On-line gait adjustment, III-C",
         "ZMP or step location, timing",
-        "holds the ZMP while it adapts the step; does not know how fast the leg is",
+        "holds the ZMP while it adapts the step; knows the leg, as published it does not",
+        parameters=MappingProxyType({"knows_leg": True}),
     ),
     Method(
         "unified",

@@ -35,13 +35,20 @@ from surefoot.control.receding_cycle import (
     decide,
     prepare,
 )
+from surefoot.control.push_observer import observing
 from surefoot.errors import ParameterError
 from surefoot.models.footsteps import Side
 from surefoot.models.interfaces import Command, Observation
 from surefoot.models.record import new_array
 from surefoot.models.robot import Robot
+from surefoot.models.viable_displacement import viable_displacement
+from surefoot.planning.landing_schedule import evenly_timed
 from surefoot.planning.lipm_horizon import Horizon, horizon
 from surefoot.planning.nominal_gait import NominalGait
+
+MOVED = 1.25e-4
+"""A landing further than this from the planned one is another one, as a fraction of the height of
+the CoM."""
 
 _SOLVED, _SOFT = 1, 8
 """DAQP's words for an answer, and for a bound that may be violated."""
@@ -56,8 +63,8 @@ class Programs:
 
     Attributes:
         hessian: shape (cycles, n, n).
-        gain: shape (cycles, n, m), for the deviation of the DCM (m = 1), and then of the trunk's
-            lean and its rate (m = 3).
+        gain: shape (cycles, n, m), for the deviation of the DCM (m = 1), and of a push as well
+            (m = 2), with the trunk's lean and its rate between them (m = 4).
         rows: shape (cycles, r, n); r may be 0.
         row_state: shape (cycles, r, m).
     """
@@ -124,7 +131,23 @@ def receding_parameters(
     parameters["samples_per_step"] = samples_in(gait, sample)
     parameters["sample"] = gait.step_duration / samples_in(gait, sample)
     parameters["samples"] = samples
+    parameters["moved"] = MOVED * robot.com_height
+    parameters["observing"] = observing(robot.omega, period)
     return parameters
+
+
+def free_steps(
+    parameters: NDArray[np.void], robot: Robot, gait: NominalGait, sample: float, samples: int
+) -> None:
+    """Complete an `MPC` record for a method that places its steps, at the times of the gait.
+
+    Raises:
+        RobotError: the leg is too slow to step at all.
+    """
+    own = viable_displacement(robot)
+    parameters["steps"] = steps_ahead(gait, sample, samples)
+    parameters["worth"] = evenly_timed(robot, gait.step_duration)
+    parameters["low"], parameters["spacing"] = own.low, own.spacing
 
 
 def receding_step(

@@ -35,6 +35,7 @@ from surefoot.models.robot import Robot
 from surefoot.models.viability import viable_offsets
 from surefoot.planning.gait_problem import gait_problem
 from surefoot.planning.nominal_gait import NominalGait, nominal_gait
+from surefoot.planning.step_in_reach import saved_by
 from surefoot.planning.step_problem import OFFSET_PENALTY, StepProblem
 
 DOMINANT_WEIGHT = (1e5, 1e5)
@@ -53,6 +54,8 @@ class StepTiming:
         tau_weight: a3 on tau [-].
         offset_weight: (a4, a5) on the DCM offset; they must dominate [1/m^2].
         offset_penalty: on half the squared distance from the viable offsets [1/m^2].
+        knows_leg: whether a landing must be in reach of `robot.swing` when the foot lands; False is
+            as published.
         step_duration: T_nom, chosen from the velocity if None [s].
         period: control period [s].
 
@@ -67,6 +70,7 @@ class StepTiming:
     tau_weight: float = 1.0
     offset_weight: tuple[float, float] = DOMINANT_WEIGHT
     offset_penalty: float = OFFSET_PENALTY
+    knows_leg: bool = False
     step_duration: float | None = None
     period: float = 0.001
     gait: NominalGait = field(init=False, repr=False)
@@ -87,6 +91,10 @@ class StepTiming:
         )
         # The hybrid cycle that decides the step from no error on: its tracking never has its turn.
         parameters["threshold"] = 0.0
+        knows_leg = self.knows_leg and self.robot.swing.is_limited
+        parameters["knows_leg"] = knows_leg
+        if knows_leg:
+            parameters["saved"] = saved_by(self.robot)
         for side in Side:
             parameters["problem"][0, side_index.py_func(side)] = self.step_problem(side).array[0]
         object.__setattr__(self, "parameters", parameters)

@@ -140,8 +140,7 @@ class StepSequence:
     @property
     def is_limited(self) -> bool:
         """Whether the leg limits where the foot can be."""
-        swing = self.robot.swing
-        return bool(np.isfinite(swing.max_speed) or np.isfinite(swing.max_acceleration))
+        return self.robot.swing.is_limited
 
     @property
     def leg(self) -> tuple[float, float]:
