@@ -79,7 +79,7 @@ MPC_STATE = np.dtype(
     ]
 )
 
-KEPT = 0.1
+KEPT = 0.02
 """Of the interval of landings that can be saved if the push ends now, what a landing for a push
 that goes on keeps from either end."""
 
