@@ -26,10 +26,17 @@ from surefoot.control.cycle import (
     side_index,
 )
 from surefoot.control.dcm_tracking import (
-    DEFAULT_DCM_GAIN,
     check_tracking,
     first_plan,
     tracking_parameters,
+)
+from surefoot.control.defaults import (
+    DCM_GAIN,
+    again,
+    default_tau_weight,
+    default_threshold,
+    fill_in,
+    filled,
 )
 from surefoot.control.tracking_law import (
     PLAN,
@@ -162,11 +169,12 @@ class HybridController:
     Args:
         robot: whose gait it is.
         velocity: commanded (v_x, v_y) [m/s].
-        threshold: DCM error at which the step is decided anew [m]; 0 always, inf never.
-        dcm_gain: K_f, rate at which tracking removes an error [1/s].
+        threshold: DCM error at which the step is decided anew [m]; 0 always, inf never, a tenth of
+            the room of the gait if None.
+        dcm_gain: K_f, rate at which tracking removes an error; 0.857 omega if None [1/s].
         project_zmp: keep the ZMP of tracking inside the foot.
         step_weight: (a1, a2) on the step vector [1/m^2].
-        tau_weight: a3 on tau [-].
+        tau_weight: a3 on tau; 540 (R / tau_nom)^2 if None, see `control.defaults` [-].
         offset_weight: (a4, a5) on the DCM offset; they must dominate [1/m^2].
         offset_penalty: on half the squared violation of the offset bounds [1/m^2].
         knows_leg: whether a landing must be in reach of `robot.swing` when the foot lands; False is
@@ -182,35 +190,44 @@ class HybridController:
 
     robot: Robot
     velocity: tuple[float, float]
-    threshold: float = 0.025
-    dcm_gain: float = DEFAULT_DCM_GAIN
+    threshold: float | None = None
+    dcm_gain: float | None = None
     project_zmp: bool = True
     step_weight: tuple[float, float] = (1.0, 1.0)
-    tau_weight: float = 1.0
+    tau_weight: float | None = None
     offset_weight: tuple[float, float] = OFFSET_WEIGHT
     offset_penalty: float = OFFSET_PENALTY
     knows_leg: bool = False
     double_support: float = 0.0
     step_duration: float | None = None
     period: float = 0.001
+    left_out: tuple[str, ...] = field(init=False, repr=False, compare=False)
     gait: NominalGait = field(init=False, repr=False)
     parameters: NDArray[np.void] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         check_tracking(self.robot, self.dcm_gain, self.double_support, self.period)
-        check_number("threshold", self.threshold, 0.0, "m", endless=True)
+        if self.threshold is not None:
+            check_number("threshold", self.threshold, 0.0, "m", endless=True)
         check_pair("step_weight", self.step_weight, 0.0, "1/m^2")
-        check_number("tau_weight", self.tau_weight, 0.0, "-")
+        if self.tau_weight is not None:
+            check_number("tau_weight", self.tau_weight, 0.0, "-")
         check_pair("offset_weight", self.offset_weight, 0.0, "1/m^2")
         check_number("offset_penalty", self.offset_penalty, 0.0, "1/m^2")
         gait = nominal_gait(self.robot, self.velocity, self.step_duration)
         object.__setattr__(self, "gait", gait)
         object.__setattr__(self, "velocity", gait.velocity)
+        fill_in(
+            self,
+            threshold=default_threshold(self.robot, gait),
+            dcm_gain=DCM_GAIN * self.robot.omega,
+            tau_weight=default_tau_weight(self.robot, gait),
+        )
         parameters = new_array(HYBRID)
         parameters["tracking"] = tracking_parameters(
             self.robot,
             gait,
-            self.dcm_gain,
+            filled(self.dcm_gain),
             self.project_zmp,
             self.double_support,
             self.period,
@@ -249,7 +266,7 @@ class HybridController:
             growth,
             elapsed,
             step_weight=self.step_weight,
-            tau_weight=self.tau_weight,
+            tau_weight=filled(self.tau_weight),
             offset_weight=self.offset_weight,
             offset_penalty=self.offset_penalty,
         )
@@ -283,4 +300,4 @@ class HybridController:
 
     def with_velocity(self, velocity: tuple[float, float]) -> Self:
         """The same controller for another velocity; the state carries over."""
-        return replace(self, velocity=velocity)
+        return replace(self, velocity=velocity, **again(self))

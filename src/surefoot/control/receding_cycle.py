@@ -13,6 +13,12 @@ from surefoot.control.cycle import (
     is_usable,
     side_index,
 )
+from surefoot.control.push_observer import (
+    OBSERVING,
+    PUSH_OBSERVER,
+    observe_push,
+    remember,
+)
 from surefoot.control.tracking_law import (
     PLAN,
     TRACKING,
@@ -20,12 +26,6 @@ from surefoot.control.tracking_law import (
     follow_plan,
     hold,
     plan_landing,
-)
-from surefoot.control.push_observer import (
-    OBSERVING,
-    PUSH_OBSERVER,
-    observe_push,
-    remember,
 )
 from surefoot.models.interfaces import COMMAND, Mode, Status
 from surefoot.models.leg import furthest
@@ -43,6 +43,7 @@ MPC = np.dtype(
         ("torque_per_shift", "f8"),
         ("max_shift", "f8"),
         ("max_lean", "f8"),
+        ("unit", "f8"),
         ("moved", "f8"),
         ("observing", OBSERVING),
         ("worth", "f8", (2, 2, NODES)),
@@ -51,7 +52,8 @@ MPC = np.dtype(
     ],
 )
 """Parameters; `steps` counts the free ones. A hip torque acts like a shift of the ZMP by
-torque / (m g), and that shift is the unknown: `torque_per_shift` is m g [N]. A landing further than
+torque / (m g), and that shift is the unknown: `torque_per_shift` is m g [N]. Programs are solved in
+lengths of `unit` [m]. A landing further than
 `moved` from the planned one begins the next step on a new plan [m]. `worth` is what steps at the
 times of the gait can still save after a landing, see `planning.landing_schedule`, on nodes from
 `low` at a `spacing` [m]."""

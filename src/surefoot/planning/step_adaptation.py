@@ -259,9 +259,7 @@ def write_solution(problem, x_axis, y_axis, growth_x, growth_y, tau, solution):
         max(problem.offset_min[0] - d_x, d_x - problem.offset_max[0]),
         max(problem.offset_min[1] - d_y, d_y - problem.offset_max[1]),
     )
-    size = max(
-        problem.step_max[0] - problem.step_min[0], problem.step_max[1] - problem.step_min[1]
-    )
+    size = max(problem.step_max[0] - problem.step_min[0], problem.step_max[1] - problem.step_min[1])
     if violation > VIOLATION_TOLERANCE * size:
         solution.status |= _OFFSET_VIOLATED
     solution.step[0], solution.step[1], solution.tau = x, y, tau

@@ -259,7 +259,9 @@ def solve_step_in_reach(problem, saved, side, growth_x, growth_y, now, swing, le
     earliest = _earliest(axes, swing, leg, soonest)
     if earliest > soonest:
         low = min(math.exp(leg[2] * (now + earliest)), high)
-    tau, evaluations = _best_tau_in_reach(problem, saved, side, axes, growth, low, high, now, swing, leg)
+    tau, evaluations = _best_tau_in_reach(
+        problem, saved, side, axes, growth, low, high, now, swing, leg
+    )
     left = max(math.log(tau) / leg[2] - now, 0.0)
     x_cut, _, _ = _cut(x_axis, swing[0], swing[2], left, leg)
     y_cut, _, _ = _cut(y_axis, swing[1], swing[3], left, leg)
