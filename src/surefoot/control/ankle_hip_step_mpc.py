@@ -18,20 +18,29 @@ import numpy as np
 from numpy.typing import NDArray
 
 from surefoot.checks import check_number
-from surefoot.control.foot_placement_mpc import placed_feet
+from surefoot.control.defaults import fill_in, filled
+from surefoot.control.foot_placement_mpc import SAMPLES_PER_STEP, placed_feet
 from surefoot.control.receding_horizon import (
     Programs,
     RecedingHorizon,
+    check_optional,
     check_receding,
+    default_push_horizon,
+    free_steps,
     horizons,
+    receding_defaults,
     receding_parameters,
     samples_in,
     steps_ahead,
 )
 from surefoot.errors import RobotError
 from surefoot.models.robot import Robot, Trunk
-from surefoot.planning.lipm_horizon import Horizon, lean_response, velocity_response
+from surefoot.planning.lipm_horizon import Horizon, lean_response, push_response, velocity_response
 from surefoot.planning.nominal_gait import NominalGait, nominal_gait
+
+LEAN_WEIGHT, LEAN_RATE_WEIGHT = 0.0156, 0.0192
+"""Default weights of the lean times the height of the CoM, and of its rate times that over omega,
+beside a weight of 1 on a ZMP [1/m^2]."""
 
 
 @dataclass(frozen=True)
@@ -42,14 +51,20 @@ class AnkleHipStepMpc(RecedingHorizon):
         robot: whose gait it is; it must have a trunk.
         velocity: commanded (v_x, v_y) [m/s].
         samples: intervals of the horizon.
-        sample: their length; a step is divided evenly, into intervals close to it [s].
-        velocity_weight: on the deviation of the CoM velocity from the nominal gait [s^2/m^2].
+        sample: their length; a step is divided evenly, into intervals close to it; T_nom / 5 if
+            None [s].
+        velocity_weight: on the deviation of the CoM velocity from the nominal gait; 12.26 / omega^2
+            if None [s^2/m^2].
         zmp_weight: on the distance of the ZMP from the centre of the foot [1/m^2].
         step_weight: on the deviation of a step vector from the nominal one [1/m^2].
         torque_weight: on the distance by which the hip torque moves the ZMP in effect [1/m^2].
-        lean_weight: on the lean of the trunk [1/rad^2].
-        lean_rate_weight: on its rate [s^2/rad^2].
-        solve_period: how often the program is solved [s].
+        lean_weight: on the lean of the trunk; 0.0156 h^2 [1/m^2] if None, h the height of the CoM
+            [1/rad^2].
+        lean_rate_weight: on its rate; 0.0192 (h / omega)^2 [1/m^2] if None [s^2/rad^2].
+        push_horizon: how much longer a push that is felt is expected to go on; T_nom if None, 0 as
+            published [s].
+        solve_period: how often the program is solved, and at every sample; in every cycle if None
+            [s].
         step_duration: T_nom, chosen from the velocity if None [s].
         period: control period [s].
 
@@ -63,16 +78,18 @@ class AnkleHipStepMpc(RecedingHorizon):
     robot: Robot
     velocity: tuple[float, float]
     samples: int = 16
-    sample: float = 0.1
-    velocity_weight: float = 1.0
+    sample: float | None = None
+    velocity_weight: float | None = None
     zmp_weight: float = 1.0
     step_weight: float = 1e-3
     torque_weight: float = 1.0
-    lean_weight: float = 1e-2
-    lean_rate_weight: float = 1e-3
-    solve_period: float = 0.005
+    lean_weight: float | None = None
+    lean_rate_weight: float | None = None
+    push_horizon: float | None = None
+    solve_period: float | None = None
     step_duration: float | None = None
     period: float = 0.005
+    left_out: tuple[str, ...] = field(init=False, repr=False, compare=False)
     gait: NominalGait = field(init=False, repr=False)
     parameters: NDArray[np.void] = field(init=False, repr=False, compare=False)
     programs: Programs = field(init=False, repr=False, compare=False)
@@ -83,9 +100,10 @@ class AnkleHipStepMpc(RecedingHorizon):
             ("velocity_weight", "s^2/m^2"), ("lean_weight", "1/rad^2"),
             ("lean_rate_weight", "s^2/rad^2"),
         ):  # fmt: skip
-            check_number(name, getattr(self, name), 0.0, unit)
+            check_optional(getattr(self, name), name, unit)
         for name in ("zmp_weight", "step_weight", "torque_weight"):
             check_number(name, getattr(self, name), 0.0, "1/m^2", above=True)
+        check_optional(self.push_horizon, "push_horizon", "s")
         trunk = self.robot.trunk
         if trunk is None:
             raise RobotError(
@@ -96,16 +114,28 @@ class AnkleHipStepMpc(RecedingHorizon):
         gait = nominal_gait(self.robot, self.velocity, self.step_duration)
         object.__setattr__(self, "gait", gait)
         object.__setattr__(self, "velocity", gait.velocity)
-        parameters = receding_parameters(
-            self.robot, gait, self.period, self.solve_period, self.sample, self.samples
+        fill_in(
+            self,
+            push_horizon=default_push_horizon(gait, self.period, self.solve_period),
+            lean_weight=LEAN_WEIGHT * self.robot.com_height**2,
+            lean_rate_weight=LEAN_RATE_WEIGHT * (self.robot.com_height / gait.omega) ** 2,
+            **receding_defaults(self.robot, gait, self.period, SAMPLES_PER_STEP),
         )
-        parameters["steps"] = steps_ahead(gait, self.sample, self.samples)
+        parameters = receding_parameters(
+            self.robot,
+            gait,
+            self.period,
+            filled(self.solve_period),
+            filled(self.sample),
+            self.samples,
+        )
+        free_steps(parameters, self.robot, gait, filled(self.sample), self.samples)
         weight = self.robot.mass * self.robot.gravity
         parameters["torque_per_shift"] = weight
         parameters["max_shift"] = trunk.max_torque / weight
         parameters["max_lean"] = trunk.max_lean
         object.__setattr__(self, "parameters", parameters)
-        rows = horizons(gait, self.period, self.sample, self.samples)
+        rows = horizons(gait, self.period, filled(self.sample), self.samples)
         made = [self._program(seen, trunk) for seen in rows]
         programs = Programs(*(np.array(part) for part in zip(*made, strict=True)))
         object.__setattr__(self, "programs", programs)
@@ -116,8 +146,8 @@ class AnkleHipStepMpc(RecedingHorizon):
         The unknown of a torque is the shift of the ZMP that has the same effect, torque / (m g), so
         all unknowns are lengths.
         """
-        share = seen.lengths * samples_in(self.gait, self.sample) / self.gait.step_duration
-        steps = steps_ahead(self.gait, self.sample, self.samples)
+        share = seen.lengths * samples_in(self.gait, filled(self.sample)) / self.gait.step_duration
+        steps = steps_ahead(self.gait, filled(self.sample), self.samples)
         weight = self.robot.mass * self.robot.gravity
         from_dcm, from_zmp = velocity_response(self.gait.omega, seen.lengths)
         lean_state, lean_torque = lean_response(trunk.inertia, seen.lengths)
@@ -125,9 +155,9 @@ class AnkleHipStepMpc(RecedingHorizon):
         response = np.hstack([from_zmp, from_zmp @ placed_feet(seen.feet, steps), from_zmp])
         lean = np.hstack([before, weight * lean_torque[:, 0]])
         rate = np.hstack([before, weight * lean_torque[:, 1]])
-        weighed = self.velocity_weight * share[:, None] * response
-        weighed_lean = self.lean_weight * share[:, None] * lean
-        weighed_rate = self.lean_rate_weight * share[:, None] * rate
+        weighed = filled(self.velocity_weight) * share[:, None] * response
+        weighed_lean = filled(self.lean_weight) * share[:, None] * lean
+        weighed_rate = filled(self.lean_rate_weight) * share[:, None] * rate
         own = np.concatenate(
             [
                 self.zmp_weight * share,
@@ -136,11 +166,15 @@ class AnkleHipStepMpc(RecedingHorizon):
             ]
         )
         hessian = response.T @ weighed + lean.T @ weighed_lean + rate.T @ weighed_rate
+        lasting = filled(self.push_horizon)
+        from_push = push_response(from_zmp, seen.lengths, lasting)
         gain = np.hstack(
             [
                 weighed.T @ from_dcm[:, None],
                 weighed_lean.T @ lean_state[:, 0] + weighed_rate.T @ lean_state[:, 1],
+                weighed.T @ from_push[:, None],
             ]
         )
-        row_state = np.hstack([np.zeros((self.samples, 1)), lean_state[:, 0]])
+        none = np.zeros((self.samples, 1))
+        row_state = np.hstack([none, lean_state[:, 0], none])
         return hessian + np.diag(own), gain, lean, row_state

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from surefoot.compiling import entry_point, njit
 from surefoot.control.cycle import command_swing, growth_since_touchdown, is_usable, side_index
 from surefoot.control.dcm_tracking import (
-    DEFAULT_DCM_GAIN,
+    NO_GAIN,
     TRACKING_STATE,
     check_tracking,
     first_plan,
@@ -145,14 +145,12 @@ class CapturePointStepping:
     parameters: NDArray[np.void] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        check_tracking(self.robot, DEFAULT_DCM_GAIN, 0.0, self.period)
+        check_tracking(self.robot, None, 0.0, self.period)
         gait = nominal_gait(self.robot, self.velocity, self.step_duration)
         object.__setattr__(self, "gait", gait)
         object.__setattr__(self, "velocity", gait.velocity)
         # Records and plan are those of tracking, whose gain this law has no use for.
-        parameters = tracking_parameters(
-            self.robot, gait, DEFAULT_DCM_GAIN, self.ankle, 0.0, self.period
-        )
+        parameters = tracking_parameters(self.robot, gait, NO_GAIN, self.ankle, 0.0, self.period)
         if not self.ankle:
             parameters["half_foot"] = 0.0
         object.__setattr__(self, "parameters", parameters)

@@ -24,6 +24,7 @@ from surefoot.control.cycle import (
     is_usable,
     side_index,
 )
+from surefoot.control.defaults import DCM_GAIN, again, fill_in, filled
 from surefoot.control.tracking_law import (
     PLAN,
     TRACKING,
@@ -41,7 +42,10 @@ from surefoot.models.robot import Robot
 from surefoot.planning.nominal_gait import NominalGait, nominal_gait
 
 DEFAULT_DCM_GAIN = 3.0
-"""K_f, the rate at which tracking removes an error [1/s]."""
+"""K_f of the paper's biped [1/s]."""
+
+NO_GAIN = 0.0
+"""For methods that take over the records of tracking, but not its law [1/s]."""
 
 TRACKING_STATE = np.dtype([("plan", PLAN), ("command", COMMAND)])
 
@@ -87,7 +91,9 @@ def _compiled() -> Callable[..., None]:
     return entry_point(_tracking_step, TRACKING, TRACKING_STATE, OBSERVATION, TRACKING_STATE)
 
 
-def check_tracking(robot: Robot, dcm_gain: float, double_support: float, period: float) -> None:
+def check_tracking(
+    robot: Robot, dcm_gain: float | None, double_support: float, period: float
+) -> None:
     """Refuse what no controller that tracks can work with.
 
     Raises:
@@ -96,7 +102,8 @@ def check_tracking(robot: Robot, dcm_gain: float, double_support: float, period:
     """
     if not isinstance(robot, Robot):
         raise ParameterError("a Robot", repr(robot), 'load one: surefoot.load_robot("paper-biped")')
-    check_number("dcm_gain", dcm_gain, 0.0, "1/s", above=True)
+    if dcm_gain is not None:
+        check_number("dcm_gain", dcm_gain, 0.0, "1/s", above=True)
     check_number("period", period, 0.0, "s", above=True)
     check_number("double_support", double_support, 0.0, "-")
     if double_support > LONGEST_DOUBLE_SUPPORT:
@@ -180,7 +187,7 @@ class DcmTracking:
     Args:
         robot: whose gait it is.
         velocity: commanded (v_x, v_y) [m/s].
-        dcm_gain: K_f, rate at which an error decays [1/s].
+        dcm_gain: K_f, rate at which an error decays; 0.857 omega if None [1/s].
         project_zmp: keep the ZMP inside the foot; False shows what the law asks for, as the
             paper's Figs. 5 and 8 do.
         double_support: fraction of the step for which both feet share the load, with a smooth
@@ -195,23 +202,25 @@ class DcmTracking:
 
     robot: Robot
     velocity: tuple[float, float]
-    dcm_gain: float = DEFAULT_DCM_GAIN
+    dcm_gain: float | None = None
     project_zmp: bool = True
     double_support: float = 0.0
     step_duration: float | None = None
     period: float = 0.001
+    left_out: tuple[str, ...] = field(init=False, repr=False, compare=False)
     gait: NominalGait = field(init=False, repr=False)
     parameters: NDArray[np.void] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         check_tracking(self.robot, self.dcm_gain, self.double_support, self.period)
+        fill_in(self, dcm_gain=DCM_GAIN * self.robot.omega)
         gait = nominal_gait(self.robot, self.velocity, self.step_duration)
         object.__setattr__(self, "gait", gait)
         object.__setattr__(self, "velocity", gait.velocity)
         parameters = tracking_parameters(
             self.robot,
             gait,
-            self.dcm_gain,
+            filled(self.dcm_gain),
             self.project_zmp,
             self.double_support,
             self.period,
@@ -248,4 +257,4 @@ class DcmTracking:
 
     def with_velocity(self, velocity: tuple[float, float]) -> Self:
         """The same controller for another velocity; the state carries over."""
-        return replace(self, velocity=velocity)
+        return replace(self, velocity=velocity, **again(self))

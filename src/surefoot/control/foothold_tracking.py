@@ -16,13 +16,13 @@ from numpy.typing import NDArray
 from surefoot.compiling import entry_point, njit
 from surefoot.control.cycle import side_index
 from surefoot.control.dcm_tracking import (
-    DEFAULT_DCM_GAIN,
     TRACKING_STATE,
     check_tracking,
     first_plan,
     tracking_cycle,
     tracking_parameters,
 )
+from surefoot.control.defaults import DCM_GAIN, fill_in, filled
 from surefoot.control.tracking_law import TRACKING
 from surefoot.errors import ParameterError
 from surefoot.models.footholds import Foothold, check_footholds
@@ -56,7 +56,7 @@ class FootholdTracking:
     Args:
         robot: whose limits hold.
         footholds: from `load_footholds`, or made by hand; the first two are the feet that stand.
-        dcm_gain: K_f, rate at which an error decays [1/s].
+        dcm_gain: K_f, rate at which an error decays; 0.857 omega if None [1/s].
         project_zmp: keep the ZMP inside the support polygon.
         double_support: fraction of a step for which both feet share the load.
         period: control period [s].
@@ -68,15 +68,17 @@ class FootholdTracking:
 
     robot: Robot
     footholds: Sequence[Foothold]
-    dcm_gain: float = DEFAULT_DCM_GAIN
+    dcm_gain: float | None = None
     project_zmp: bool = True
     double_support: float = 0.0
     period: float = 0.001
+    left_out: tuple[str, ...] = field(init=False, repr=False, compare=False)
     gait: NominalGait = field(init=False, repr=False)
     parameters: NDArray[np.void] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         check_tracking(self.robot, self.dcm_gain, self.double_support, self.period)
+        fill_in(self, dcm_gain=DCM_GAIN * self.robot.omega)
         object.__setattr__(self, "footholds", tuple(self.footholds))
         check_footholds(self.footholds, self.robot, "footholds")
         object.__setattr__(self, "gait", nominal_gait(self.robot, (0.0, 0.0)))
@@ -89,7 +91,7 @@ class FootholdTracking:
         common = tracking_parameters(
             self.robot,
             self.gait,
-            self.dcm_gain,
+            filled(self.dcm_gain),
             self.project_zmp,
             self.double_support,
             self.period,

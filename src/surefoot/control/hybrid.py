@@ -26,10 +26,17 @@ from surefoot.control.cycle import (
     side_index,
 )
 from surefoot.control.dcm_tracking import (
-    DEFAULT_DCM_GAIN,
     check_tracking,
     first_plan,
     tracking_parameters,
+)
+from surefoot.control.defaults import (
+    DCM_GAIN,
+    again,
+    default_tau_weight,
+    default_threshold,
+    fill_in,
+    filled,
 )
 from surefoot.control.tracking_law import (
     PLAN,
@@ -47,6 +54,7 @@ from surefoot.models.robot import Robot
 from surefoot.planning.gait_problem import gait_problem
 from surefoot.planning.nominal_gait import NominalGait, nominal_gait
 from surefoot.planning.step_adaptation import solve_step_record
+from surefoot.planning.step_in_reach import SAVED, saved_by, solve_step_in_reach
 from surefoot.planning.step_problem import (
     OFFSET_PENALTY,
     OFFSET_WEIGHT,
@@ -55,8 +63,17 @@ from surefoot.planning.step_problem import (
     StepProblem,
 )
 
-HYBRID = np.dtype([("tracking", TRACKING), ("threshold", "f8"), ("problem", STEP_PROBLEM, (2,))])
-"""Parameters: of tracking, the threshold [m], and the step problem of each support side."""
+HYBRID = np.dtype(
+    [
+        ("tracking", TRACKING),
+        ("threshold", "f8"),
+        ("knows_leg", "i8"),
+        ("saved", SAVED),
+        ("problem", STEP_PROBLEM, (2,)),
+    ]
+)
+"""Parameters: of tracking, the threshold [m], whether landings must be in reach of the leg, what
+steps of it can save, and the step problem of each support side."""
 
 HYBRID_STATE = np.dtype([("plan", PLAN), ("solution", STEP_SOLUTION), ("command", COMMAND)])
 
@@ -67,13 +84,24 @@ _ADAPTING = int(Mode.ADAPTING)
 def adapt(parameters, observation, growth, solution, command):
     """Write ZMP, landing and timing of a step that is decided now; `growth` is e^(omega t)."""
     problem = parameters.problem[side_index(observation.support_side)]
-    solve_step_record(
-        problem,
-        (observation.dcm[0] - observation.support_foot[0]) / growth,
-        (observation.dcm[1] - observation.support_foot[1]) / growth,
-        growth,
-        solution,
-    )
+    foot, leg = observation.support_foot, parameters.tracking.swing
+    growth_x = (observation.dcm[0] - foot[0]) / growth
+    growth_y = (observation.dcm[1] - foot[1]) / growth
+    if parameters.knows_leg != 0:
+        swing, velocity = observation.swing_foot, observation.swing_foot_velocity
+        solve_step_in_reach(
+            problem,
+            parameters.saved,
+            float(observation.support_side),
+            growth_x,
+            growth_y,
+            math.log(growth) / parameters.tracking.omega,
+            (swing[0] - foot[0], swing[1] - foot[1], velocity[0], velocity[1]),
+            (leg.max_speed, leg.max_acceleration, parameters.tracking.omega),
+            solution,
+        )
+    else:
+        solve_step_record(problem, growth_x, growth_y, growth, solution)
     command.mode, command.status, command.double_support = _ADAPTING, solution.status, 0
     command.step_duration = max(
         math.log(solution.tau) / parameters.tracking.omega, observation.elapsed
@@ -141,13 +169,16 @@ class HybridController:
     Args:
         robot: whose gait it is.
         velocity: commanded (v_x, v_y) [m/s].
-        threshold: DCM error at which the step is decided anew [m]; 0 always, inf never.
-        dcm_gain: K_f, rate at which tracking removes an error [1/s].
+        threshold: DCM error at which the step is decided anew [m]; 0 always, inf never, a tenth of
+            the room of the gait if None.
+        dcm_gain: K_f, rate at which tracking removes an error; 0.857 omega if None [1/s].
         project_zmp: keep the ZMP of tracking inside the foot.
         step_weight: (a1, a2) on the step vector [1/m^2].
-        tau_weight: a3 on tau [-].
+        tau_weight: a3 on tau; 540 (R / tau_nom)^2 if None, see `control.defaults` [-].
         offset_weight: (a4, a5) on the DCM offset; they must dominate [1/m^2].
         offset_penalty: on half the squared violation of the offset bounds [1/m^2].
+        knows_leg: whether a landing must be in reach of `robot.swing` when the foot lands; False is
+            as published.
         double_support: fraction of the step for which both feet share the load while tracking.
         step_duration: T_nom, chosen from the velocity if None [s].
         period: control period [s].
@@ -159,39 +190,53 @@ class HybridController:
 
     robot: Robot
     velocity: tuple[float, float]
-    threshold: float = 0.025
-    dcm_gain: float = DEFAULT_DCM_GAIN
+    threshold: float | None = None
+    dcm_gain: float | None = None
     project_zmp: bool = True
     step_weight: tuple[float, float] = (1.0, 1.0)
-    tau_weight: float = 1.0
+    tau_weight: float | None = None
     offset_weight: tuple[float, float] = OFFSET_WEIGHT
     offset_penalty: float = OFFSET_PENALTY
+    knows_leg: bool = False
     double_support: float = 0.0
     step_duration: float | None = None
     period: float = 0.001
+    left_out: tuple[str, ...] = field(init=False, repr=False, compare=False)
     gait: NominalGait = field(init=False, repr=False)
     parameters: NDArray[np.void] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         check_tracking(self.robot, self.dcm_gain, self.double_support, self.period)
-        check_number("threshold", self.threshold, 0.0, "m", endless=True)
+        if self.threshold is not None:
+            check_number("threshold", self.threshold, 0.0, "m", endless=True)
         check_pair("step_weight", self.step_weight, 0.0, "1/m^2")
-        check_number("tau_weight", self.tau_weight, 0.0, "-")
+        if self.tau_weight is not None:
+            check_number("tau_weight", self.tau_weight, 0.0, "-")
         check_pair("offset_weight", self.offset_weight, 0.0, "1/m^2")
         check_number("offset_penalty", self.offset_penalty, 0.0, "1/m^2")
         gait = nominal_gait(self.robot, self.velocity, self.step_duration)
         object.__setattr__(self, "gait", gait)
         object.__setattr__(self, "velocity", gait.velocity)
+        fill_in(
+            self,
+            threshold=default_threshold(self.robot, gait),
+            dcm_gain=DCM_GAIN * self.robot.omega,
+            tau_weight=default_tau_weight(self.robot, gait),
+        )
         parameters = new_array(HYBRID)
         parameters["tracking"] = tracking_parameters(
             self.robot,
             gait,
-            self.dcm_gain,
+            filled(self.dcm_gain),
             self.project_zmp,
             self.double_support,
             self.period,
         )
         parameters["threshold"] = self.threshold
+        knows_leg = self.knows_leg and self.robot.swing.is_limited
+        parameters["knows_leg"] = knows_leg
+        if knows_leg:
+            parameters["saved"] = saved_by(self.robot)
         for side in Side:
             parameters["problem"][0, side_index.py_func(side)] = self.step_problem(side).array[0]
         object.__setattr__(self, "parameters", parameters)
@@ -221,7 +266,7 @@ class HybridController:
             growth,
             elapsed,
             step_weight=self.step_weight,
-            tau_weight=self.tau_weight,
+            tau_weight=filled(self.tau_weight),
             offset_weight=self.offset_weight,
             offset_penalty=self.offset_penalty,
         )
@@ -255,4 +300,4 @@ class HybridController:
 
     def with_velocity(self, velocity: tuple[float, float]) -> Self:
         """The same controller for another velocity; the state carries over."""
-        return replace(self, velocity=velocity)
+        return replace(self, velocity=velocity, **again(self))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Any
@@ -9,6 +10,7 @@ from typing import Any
 from surefoot.control.ankle_hip_step_mpc import AnkleHipStepMpc
 from surefoot.control.capture_point import CapturePointStepping
 from surefoot.control.dcm_tracking import DcmTracking
+from surefoot.control.defaults import DCM_GAIN
 from surefoot.control.foot_placement_mpc import FootPlacementMpc
 from surefoot.control.hybrid import HybridController
 from surefoot.control.linear_mpc import LinearMpc
@@ -36,6 +38,7 @@ class Method:
         leans: whether it turns the trunk as a flywheel, which a body in physics has none of.
         slow: whether one decision takes milliseconds, so that it is compared only if asked for.
         parameters: that make this variant of the class.
+        rates: likewise, as multiples of the robot's omega.
     """
 
     key: str
@@ -48,6 +51,7 @@ class Method:
     leans: bool = False
     slow: bool = False
     parameters: MappingProxyType[str, Any] = field(default_factory=lambda: MappingProxyType({}))
+    rates: MappingProxyType[str, float] = field(default_factory=lambda: MappingProxyType({}))
 
     def controller(
         self, robot: Robot, velocity: tuple[float, float], **parameters: Any
@@ -57,7 +61,8 @@ class Method:
         Raises:
             SurefootError: its class refuses the arguments.
         """
-        return self.make(robot, velocity, **{**self.parameters, **parameters})
+        rates = {name: times * robot.omega for name, times in self.rates.items()}
+        return self.make(robot, velocity, **{**self.parameters, **rates, **parameters})
 
 
 METHODS = (
@@ -78,7 +83,7 @@ METHODS = (
         "ZMP",
         "steps as planned: neither where nor when it steps answers a push",
         fixed_steps=True,
-        parameters=MappingProxyType({"dcm_gain": 30.0}),
+        rates=MappingProxyType({"dcm_gain": 10.0 * DCM_GAIN}),
     ),
     Method(
         "preview-control",
@@ -121,7 +126,7 @@ METHODS = (
         "Herdt et al. 2010; solved every 100 ms, as published",
         "ZMP, step location",
         "steps at fixed times, and learns of a push up to 100 ms late",
-        parameters=MappingProxyType({"solve_period": 0.1}),
+        parameters=MappingProxyType({"solve_period": math.inf}),
     ),
     Method(
         "ankle-hip-step-mpc",
@@ -138,7 +143,8 @@ METHODS = (
         StepTiming,
         "Khadiv et al. 2016, 2020",
         "step location, timing",
-        "leaves the ZMP at the centre of the foot; does not know how fast the leg is",
+        "leaves the ZMP at the centre of the foot; knows the leg, as published it does not",
+        parameters=MappingProxyType({"knows_leg": True}),
     ),
     Method(
         "timing-nlp",
@@ -155,7 +161,8 @@ METHODS = (
         HybridController,
         "On-line gait adjustment, III-C",
         "ZMP or step location, timing",
-        "holds the ZMP while it adapts the step; does not know how fast the leg is",
+        "holds the ZMP while it adapts the step; knows the leg, as published it does not",
+        parameters=MappingProxyType({"knows_leg": True}),
     ),
     Method(
         "unified",

@@ -28,11 +28,12 @@ from surefoot.checks import check_number
 from surefoot.compiling import entry_point, njit
 from surefoot.control.cycle import command_swing, is_usable, side_index
 from surefoot.control.dcm_tracking import (
-    DEFAULT_DCM_GAIN,
+    NO_GAIN,
     check_first,
     check_tracking,
     tracking_parameters,
 )
+from surefoot.control.defaults import again, fill_in, filled
 from surefoot.control.preview_law import (
     MOST_SAMPLES,
     PREVIEW,
@@ -52,11 +53,18 @@ from surefoot.models.robot import Robot
 from surefoot.planning.nominal_gait import NominalGait, nominal_gait
 from surefoot.planning.preview_gains import preview_gains
 
+INPUT_WEIGHT = 1.844e-3
+"""Default of R omega^6 [1/m^2]: 1e-6 s^6/m^2, as published, for the paper's biped."""
+
+LOOK_AHEAD = 5.603
+"""Default of the preview, in 1 / omega: 1.6 s, as published, for the paper's biped."""
+
 LONGEST_SETTLING = 400
 """Steps in which a gait becomes periodic, or never does."""
 
-SETTLED = 1e-13
-"""Change of the touchdown of a periodic gait from one step pair to the next [m]."""
+SETTLED = 2e-13
+"""Change of the touchdown of a periodic gait from one step pair to the next, as a fraction of its
+longest step."""
 
 _TRACKING_MODE = int(Mode.TRACKING)
 _ZMP_AT_EDGE = int(Status.ZMP_AT_EDGE)
@@ -167,7 +175,7 @@ def find_periodic_gait(parameters: NDArray[np.void], gait: NominalGait) -> None:
         landed = new_array(PREVIEW_PLAN)
         walk(parameters, plan, landed)
         parameters["start"][0, row] = plan[0]
-        if change < SETTLED:
+        if change < SETTLED * np.abs(parameters["step"]).max():
             return
         plan = landed
     raise ParameterError(
@@ -187,8 +195,9 @@ class PreviewControl:
         error_weight: Q_e on the error of the ZMP [1/m^2].
         state_weight: the diagonal of Q_x, on the change in a sample of position, velocity and
             acceleration [1/m^2, s^2/m^2, s^4/m^2].
-        input_weight: R, on the change of the jerk in a sample [s^6/m^2].
-        preview: how far ahead the footsteps are known [s].
+        input_weight: R, on the change of the jerk in a sample; 1.844e-3 / omega^6 if None
+            [s^6/m^2].
+        preview: how far ahead the footsteps are known; 5.603 / omega if None [s].
         step_duration: T_nom, chosen from the velocity if None [s].
         period: control period, and the sample time of the regulator [s].
 
@@ -201,17 +210,19 @@ class PreviewControl:
     velocity: tuple[float, float]
     error_weight: float = 1.0
     state_weight: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    input_weight: float = 1e-6
-    preview: float = 1.6
+    input_weight: float | None = None
+    preview: float | None = None
     step_duration: float | None = None
     period: float = 0.001
+    left_out: tuple[str, ...] = field(init=False, repr=False, compare=False)
     gait: NominalGait = field(init=False, repr=False)
     parameters: NDArray[np.void] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        check_tracking(self.robot, DEFAULT_DCM_GAIN, 0.0, self.period)
+        check_tracking(self.robot, None, 0.0, self.period)
         check_number("error_weight", self.error_weight, 0.0, "1/m^2", above=True)
-        check_number("input_weight", self.input_weight, 0.0, "s^6/m^2", above=True)
+        if self.input_weight is not None:
+            check_number("input_weight", self.input_weight, 0.0, "s^6/m^2", above=True)
         if not isinstance(self.state_weight, tuple) or len(self.state_weight) != 3:
             raise ParameterError(
                 "`state_weight` as (position, velocity, acceleration)",
@@ -220,7 +231,10 @@ class PreviewControl:
             )
         for weight, unit in zip(self.state_weight, ("1/m^2", "s^2/m^2", "s^4/m^2"), strict=True):
             check_number("state_weight", weight, 0.0, unit)
-        check_number("preview", self.preview, self.period, "s")
+        if self.preview is not None:
+            check_number("preview", self.preview, self.period, "s")
+        omega = self.robot.omega
+        fill_in(self, input_weight=INPUT_WEIGHT / omega**6, preview=LOOK_AHEAD / omega)
         gait = nominal_gait(self.robot, self.velocity, self.step_duration)
         object.__setattr__(self, "gait", gait)
         object.__setattr__(self, "velocity", gait.velocity)
@@ -228,32 +242,38 @@ class PreviewControl:
         _compiled()  # Now rather than in the first control cycle.
 
     def _parameters(self) -> NDArray[np.void]:
-        samples = round(self.preview / self.period)
+        samples = round(filled(self.preview) / self.period)
         if samples > MOST_SAMPLES:
             raise ParameterError(
                 f"a preview of at most {MOST_SAMPLES} periods",
                 f"{self.preview} s in periods of {self.period} s",
                 "look less far ahead, or decide less often",
             )
+        # In units of 1 / omega, so that similar robots have the same numbers.
+        omega = self.robot.omega
         gains = preview_gains(
-            self.robot.omega,
-            self.period,
+            1.0,
+            omega * self.period,
             samples,
             self.error_weight,
-            self.state_weight,
-            self.input_weight,
+            (
+                self.state_weight[0],
+                self.state_weight[1] * omega**2,
+                self.state_weight[2] * omega**4,
+            ),
+            filled(self.input_weight) * omega**6,
         )
         parameters, robot, gait = new_array(PREVIEW), self.robot, self.gait
         parameters["omega"], parameters["period"] = robot.omega, self.period
         parameters["half_foot"] = robot.foot.half
-        parameters["integral_gain"] = gains.integral
-        parameters["state_gain"] = gains.state
+        parameters["integral_gain"] = gains.integral * omega**3
+        parameters["state_gain"] = gains.state * (omega**3, omega**2, omega)
         parameters["samples"] = samples
-        parameters["step_gain"][0, :samples] = np.cumsum(gains.preview[::-1])[::-1]
+        parameters["step_gain"][0, :samples] = omega**3 * np.cumsum(gains.preview[::-1])[::-1]
         parameters["step_duration"] = gait.step_duration
         for side in Side:
             parameters["step"][0, side_index.py_func(side)] = gait.step(side)
-        tracking = tracking_parameters(robot, gait, DEFAULT_DCM_GAIN, True, 0.0, self.period)
+        tracking = tracking_parameters(robot, gait, NO_GAIN, True, 0.0, self.period)
         parameters["swing"] = tracking["swing"]
         find_periodic_gait(parameters, gait)
         return parameters
@@ -307,4 +327,4 @@ class PreviewControl:
 
         The step under way stays as it was given; the steps after it are new.
         """
-        return replace(self, velocity=velocity)
+        return replace(self, velocity=velocity, **again(self))

@@ -13,6 +13,12 @@ from surefoot.control.cycle import (
     is_usable,
     side_index,
 )
+from surefoot.control.push_observer import (
+    OBSERVING,
+    PUSH_OBSERVER,
+    observe_push,
+    remember,
+)
 from surefoot.control.tracking_law import (
     PLAN,
     TRACKING,
@@ -23,6 +29,7 @@ from surefoot.control.tracking_law import (
 )
 from surefoot.models.interfaces import COMMAND, Mode, Status
 from surefoot.models.leg import furthest
+from surefoot.models.viable_displacement import NODES
 
 MPC = np.dtype(
     [
@@ -36,10 +43,20 @@ MPC = np.dtype(
         ("torque_per_shift", "f8"),
         ("max_shift", "f8"),
         ("max_lean", "f8"),
+        ("unit", "f8"),
+        ("moved", "f8"),
+        ("observing", OBSERVING),
+        ("worth", "f8", (2, 2, NODES)),
+        ("low", "f8", (2,)),
+        ("spacing", "f8", (2,)),
     ],
 )
 """Parameters; `steps` counts the free ones. A hip torque acts like a shift of the ZMP by
-torque / (m g), and that shift is the unknown: `torque_per_shift` is m g [N]."""
+torque / (m g), and that shift is the unknown: `torque_per_shift` is m g [N]. Programs are solved in
+lengths of `unit` [m]. A landing further than
+`moved` from the planned one begins the next step on a new plan [m]. `worth` is what steps at the
+times of the gait can still save after a landing, see `planning.landing_schedule`, on nodes from
+`low` at a `spacing` [m]."""
 
 DECISION = np.dtype(
     [
@@ -55,10 +72,18 @@ DECISION = np.dtype(
 """What the last program decided: ZMP relative to the foot, landing relative to the planned one, DCM
 offset there [m]; hip torque [N m]; time since touchdown at which the next program is due [s]."""
 
-MPC_STATE = np.dtype([("plan", PLAN), ("decision", DECISION), ("command", COMMAND)])
+MPC_STATE = np.dtype(
+    [
+        ("plan", PLAN),
+        ("decision", DECISION),
+        ("observer", PUSH_OBSERVER),
+        ("command", COMMAND),
+    ]
+)
 
-LANDING_TOLERANCE = 1e-4
-"""A landing further than this from the planned one begins the next step on a new plan [m]."""
+KEPT = 0.02
+"""Of the interval of landings that can be saved if the push ends now, what a landing for a push
+that goes on keeps from either end."""
 
 DUE = 1e-9
 """A program that is due within this time is due now [s]."""
@@ -75,9 +100,9 @@ _NOT_CONVERGED = int(Status.NOT_CONVERGED)
 
 
 @njit
-def _deviation(plan, observation, growth, deviation):
-    """DCM (and lean of the trunk) against the plan, axis by axis; the lateral one is looked at
-    towards the swing foot, so that left and right are the same program.
+def _deviation(plan, observation, growth, force, deviation):
+    """DCM (and lean of the trunk) against the plan, and the push, axis by axis; the lateral one is
+    looked at towards the swing foot, so that left and right are the same program.
 
     The convergent part of the motion decays by itself. To chase it too would make a disturbance of
     every new velocity.
@@ -86,22 +111,86 @@ def _deviation(plan, observation, growth, deviation):
         sign = 1.0 if i == 0 else float(observation.support_side)
         error = observation.dcm[i] - observation.support_foot[i] - plan.start_offset[i] * growth
         deviation[i, 0] = sign * error
-        if deviation.shape[1] == 3:
+        if deviation.shape[1] == 4:
             deviation[i, 1] = sign * observation.trunk_lean[i]
             deviation[i, 2] = sign * observation.trunk_lean_velocity[i]
+        if deviation.shape[1] > 1:
+            deviation[i, deviation.shape[1] - 1] = sign * force[i]
 
 
 @njit
-def _bound_steps(parameters, plan, observation, lower, upper):
-    """Bounds on the step vectors; the first one also within reach of the leg."""
+def _saved_landings(parameters, axis, offset, growth):
+    """Between which landings the step under way must end for later ones to save it, if nothing
+    pushes from now on; the ZMP does what it can. In the axes of the program.
+
+    With W(l) what is saved after a landing at l, ahead and behind, and c the reach of the ZMP,
+    l + W(l) >= e_least - c and l - W(l) <= e_most + c: both sides grow with l.
+
+    Args:
+        parameters: an `MPC` record.
+        axis: 0 for x; 1 for y, towards the swing foot.
+        offset: of the DCM from the support foot now [m].
+        growth: of the DCM until the landing.
+
+    Returns:
+        The ends, the least one above the largest if nothing saves it [m].
+    """
+    reach = parameters.tracking.half_foot[axis]
+    low, spacing = parameters.low[axis], parameters.spacing[axis]
+    taken = reach * (growth - 1.0) + reach
+    least, most = offset * growth - taken, offset * growth + taken
+    # Across, ahead of this step is inward of the next one.
+    ahead, behind = parameters.worth[axis, axis], parameters.worth[axis, 1 - axis]
+    last = ahead.shape[0] - 1
+    first, final = low + last * spacing, low
+    for node in range(last, -1, -1):
+        place = low + node * spacing
+        if place + ahead[node] < least:
+            if node < last:
+                rise = spacing + ahead[node + 1] - ahead[node]
+                first = place + spacing * (least - place - ahead[node]) / rise
+            else:
+                first = math.inf
+            break
+        first = place
+    for node in range(last + 1):
+        place = low + node * spacing
+        if place - behind[node] > most:
+            if node > 0:
+                rise = spacing - behind[node] + behind[node - 1]
+                before = place - spacing - behind[node - 1]
+                final = place - spacing + spacing * (most - before) / rise
+            else:
+                final = -math.inf
+            break
+        final = place
+    return first, final
+
+
+@njit
+def _bound_steps(parameters, plan, observation, force, lower, upper):
+    """Bounds on the step vectors; the first one also within reach of the leg.
+
+    A step for a push that may go on must also be one that is saved if the push ends now.
+    """
     tracking, first = parameters.tracking, parameters.samples
     left = max(plan.step_duration - observation.elapsed, 0.0)
+    growth = math.exp(tracking.omega * left)
     for j in range(parameters.steps):
         side = observation.support_side if j % 2 == 0 else -observation.support_side
         row = side_index(side)
         for i in range(2):
             planned = plan.step[i] if j == 0 else parameters.nominal_step[row, i]
             low, high = tracking.step_min[row, i] - planned, tracking.step_max[row, i] - planned
+            if j == 0 and force[i] != 0.0:
+                sign = 1.0 if i == 0 else float(side)
+                offset = sign * (observation.dcm[i] - observation.support_foot[i])
+                least, most = _saved_landings(parameters, i, offset, growth)
+                kept = KEPT * (most - least)
+                if kept > 0.0:
+                    ends = sign * (least + kept) - planned, sign * (most - kept) - planned
+                    least, most = min(ends[0], ends[1]), max(ends[0], ends[1])
+                    low, high = min(max(low, least), high), max(min(high, most), low)
             most, hardest = tracking.swing.max_speed, tracking.swing.max_acceleration
             if j == 0 and (most < math.inf or hardest < math.inf):
                 away = observation.swing_foot[i] - observation.support_foot[i] - planned
@@ -127,10 +216,13 @@ def prepare(
     following = next_state[0]
     following.decision = state.decision
     if not is_usable(observation):
+        following.observer = state.observer
+        following.observer.seen = 0
         hold(state, observation, following)
         return HELD, 0
     following.plan = state.plan
-    plan, decision = following.plan, following.decision
+    plan, decision, observer = following.plan, following.decision, following.observer
+    observe_push(parameters.observing, state.observer, observation, observer)
     new_step = observation.support_side != plan.support_side
     decision.new_step = 1 if new_step else 0
     if new_step:
@@ -144,7 +236,7 @@ def prepare(
     cycle = min(
         max(round(observation.elapsed / parameters.tracking.swing.period), 0), gain.shape[0] - 1
     )
-    _deviation(plan, observation, growth, deviation)
+    _deviation(plan, observation, growth, observer.force, deviation)
     gradient[:] = 0.0
     for i in range(2):
         for a in range(gradient.shape[1]):
@@ -153,7 +245,7 @@ def prepare(
         for a in range(parameters.samples):
             lower[i, a] = -parameters.tracking.half_foot[i]
             upper[i, a] = parameters.tracking.half_foot[i]
-    _bound_steps(parameters, plan, observation, lower, upper)
+    _bound_steps(parameters, plan, observation, observer.force, lower, upper)
     unknowns = gradient.shape[1]
     for i in range(2):
         for a in range(parameters.samples + parameters.steps, unknowns):
@@ -216,15 +308,20 @@ def act(parameters, state, observation, next_state):
     parameters, observation = parameters[0], observation[0]
     plan, decision = next_state[0].plan, next_state[0].decision
     command = next_state[0].command
-    adapted = False
+    adapted, acting = False, next_state[0].observer.zmp
     for i in range(2):
-        adapted = adapted or abs(decision.landing[i]) > LANDING_TOLERANCE
+        adapted = adapted or abs(decision.landing[i]) > parameters.moved
         command.zmp[i] = observation.support_foot[i] + decision.zmp[i]
         landing = observation.support_foot[i] + plan.step[i] + decision.landing[i]
         command.step_location[i] = landing
         command.dcm_offset[i] = decision.offset[i]
         command.hip_torque[i] = decision.torque[i]
+        # A hip torque moves the DCM as a ZMP further on does.
+        acting[i] = command.zmp[i]
+        if parameters.torque_per_shift > 0.0:
+            acting[i] += decision.torque[i] / parameters.torque_per_shift
     plan.adapting = 1 if adapted else 0
+    remember(observation, acting, next_state[0].observer)
     command.mode = _ADAPTING if adapted else _TRACKING_MODE
     command.status, command.double_support = decision.status, 0
     if observation.elapsed > plan.step_duration + DUE:

@@ -20,11 +20,13 @@ from numpy.typing import NDArray
 from surefoot.checks import check_number, optional_module
 from surefoot.control.cycle import side_index
 from surefoot.control.dcm_tracking import (
-    DEFAULT_DCM_GAIN,
+    NO_GAIN,
     check_tracking,
     first_plan,
     tracking_parameters,
 )
+from surefoot.control.defaults import again
+from surefoot.control.push_observer import observing
 from surefoot.control.receding_cycle import (
     DUE,
     HELD,
@@ -40,8 +42,17 @@ from surefoot.models.footsteps import Side
 from surefoot.models.interfaces import Command, Observation
 from surefoot.models.record import new_array
 from surefoot.models.robot import Robot
+from surefoot.models.viable_displacement import viable_displacement
+from surefoot.planning.landing_schedule import evenly_timed
 from surefoot.planning.lipm_horizon import Horizon, horizon
 from surefoot.planning.nominal_gait import NominalGait
+
+VELOCITY_WEIGHT = 12.26
+"""Default weight of the CoM velocity over omega, beside a weight of 1 on a ZMP [1/m^2]."""
+
+MOVED = 1.25e-4
+"""A landing further than this from the planned one is another one, as a fraction of the height of
+the CoM."""
 
 _SOLVED, _SOFT = 1, 8
 """DAQP's words for an answer, and for a bound that may be violated."""
@@ -56,8 +67,8 @@ class Programs:
 
     Attributes:
         hessian: shape (cycles, n, n).
-        gain: shape (cycles, n, m), for the deviation of the DCM (m = 1), and then of the trunk's
-            lean and its rate (m = 3).
+        gain: shape (cycles, n, m), for the deviation of the DCM (m = 1), and of a push as well
+            (m = 2), with the trunk's lean and its rate between them (m = 4).
         rows: shape (cycles, r, n); r may be 0.
         row_state: shape (cycles, r, m).
     """
@@ -69,7 +80,7 @@ class Programs:
 
 
 def check_receding(
-    robot: Robot, period: float, solve_period: float, sample: float, samples: int
+    robot: Robot, period: float, solve_period: float | None, sample: float | None, samples: int
 ) -> None:
     """Refuse what no receding horizon can work with; load its solver.
 
@@ -77,9 +88,11 @@ def check_receding(
         ParameterError: a number is out of range.
         MissingExtraError: DAQP is not installed.
     """
-    check_tracking(robot, DEFAULT_DCM_GAIN, 0.0, period)
-    check_number("sample", sample, 0.0, "s", above=True)
-    check_number("solve_period", solve_period, period, "s")
+    check_tracking(robot, None, 0.0, period)
+    if sample is not None:
+        check_number("sample", sample, 0.0, "s", above=True)
+    if solve_period is not None:
+        check_number("solve_period", solve_period, period, "s", endless=True)
     if isinstance(samples, bool) or not isinstance(samples, int) or samples < 1:
         raise ParameterError(
             "`samples` as a whole number of at least 1", repr(samples), "the paper has 16"
@@ -90,6 +103,35 @@ def check_receding(
 @cache
 def _solver() -> Callable[..., Any]:
     return optional_module("daqp", "model predictive control", "mpc").solve
+
+
+def check_optional(value: float | None, name: str, unit: str) -> None:
+    """Refuse a parameter that is given, but is no number of at least 0.
+
+    Raises:
+        ParameterError: it is.
+    """
+    if value is not None:
+        check_number(name, value, 0.0, unit)
+
+
+def receding_defaults(
+    robot: Robot, gait: NominalGait, period: float, samples_per_step: int
+) -> dict[str, float]:
+    """What every linear MPC is given where it leaves something out."""
+    return {
+        "sample": gait.step_duration / samples_per_step,
+        "velocity_weight": VELOCITY_WEIGHT / robot.omega**2,
+        "solve_period": period,
+    }
+
+
+def default_push_horizon(gait: NominalGait, period: float, solve_period: float | None) -> float:
+    """How much longer a push is expected to go on [s].
+
+    A step as long as what was decided for it is taken back in the cycle in which it ends.
+    """
+    return gait.step_duration if solve_period is None or solve_period <= period else 0.0
 
 
 def samples_in(gait: NominalGait, sample: float) -> int:
@@ -116,7 +158,7 @@ def receding_parameters(
 ) -> NDArray[np.void]:
     """The `MPC` record of a robot and a gait with fixed steps and no trunk, shape (1,)."""
     parameters = new_array(MPC)
-    parameters["tracking"] = tracking_parameters(robot, gait, DEFAULT_DCM_GAIN, True, 0.0, period)
+    parameters["tracking"] = tracking_parameters(robot, gait, NO_GAIN, True, 0.0, period)
     for side in Side:
         row = side_index.py_func(side)
         parameters["nominal_step"][0, row] = gait.step(side)
@@ -124,7 +166,24 @@ def receding_parameters(
     parameters["samples_per_step"] = samples_in(gait, sample)
     parameters["sample"] = gait.step_duration / samples_in(gait, sample)
     parameters["samples"] = samples
+    parameters["unit"] = robot.com_height
+    parameters["moved"] = MOVED * robot.com_height
+    parameters["observing"] = observing(robot.omega, period)
     return parameters
+
+
+def free_steps(
+    parameters: NDArray[np.void], robot: Robot, gait: NominalGait, sample: float, samples: int
+) -> None:
+    """Complete an `MPC` record for a method that places its steps, at the times of the gait.
+
+    Raises:
+        RobotError: the leg is too slow to step at all.
+    """
+    own = viable_displacement(robot)
+    parameters["steps"] = steps_ahead(gait, sample, samples)
+    parameters["worth"] = evenly_timed(robot, gait.step_duration)
+    parameters["low"], parameters["spacing"] = own.low, own.spacing
 
 
 def receding_step(
@@ -148,17 +207,22 @@ def receding_step(
         deviation, gradient, lower, upper,
     )  # fmt: skip
     if task == SOLVE:
+        # The solver has tolerances of its own: in units of the robot they are the robot's.
+        unit = float(parameters["unit"][0])
+        gradient /= unit
+        lower[:, :unknowns] /= unit
+        upper[:, :unknowns] /= unit
+        sides = unit * programs.rows[cycle]
         kinds = np.zeros(unknowns + rows, np.int32)
         kinds[unknowns:] = _SOFT
         solved = True
         for i in range(2):
             answer, _, flag, _ = _solver()(
-                programs.hessian[cycle], gradient[i], programs.rows[cycle], upper[i], lower[i],
-                kinds.copy(),
+                programs.hessian[cycle], gradient[i], sides, upper[i], lower[i], kinds.copy()
             )  # fmt: skip
             if flag >= _SOLVED:
                 # The solver keeps bounds to its own tolerance only.
-                solution[i] = np.clip(answer, lower[i, :unknowns], upper[i, :unknowns])
+                solution[i] = np.clip(answer, lower[i, :unknowns], upper[i, :unknowns]) * unit
             else:
                 solved = False
         decide(parameters, observation.array, deviation, solution, cycle, solved, next_state)
@@ -202,4 +266,4 @@ class RecedingHorizon:
 
     def with_velocity(self, velocity: tuple[float, float]) -> Self:
         """The same controller for another velocity; the state carries over."""
-        return replace(self, velocity=velocity)  # type: ignore[call-arg]
+        return replace(self, velocity=velocity, **again(self))  # type: ignore[call-arg]

@@ -22,11 +22,12 @@ from numpy.typing import NDArray
 from surefoot.checks import check_number, check_pair
 from surefoot.control.cycle import side_index
 from surefoot.control.dcm_tracking import (
-    DEFAULT_DCM_GAIN,
+    NO_GAIN,
     check_tracking,
     first_plan,
     tracking_parameters,
 )
+from surefoot.control.defaults import again, default_tau_weight, fill_in, filled
 from surefoot.control.hybrid import HYBRID, HYBRID_STATE, compiled_hybrid, hybrid_cycle
 from surefoot.models.footsteps import Side
 from surefoot.models.interfaces import Command, Observation
@@ -35,6 +36,7 @@ from surefoot.models.robot import Robot
 from surefoot.models.viability import viable_offsets
 from surefoot.planning.gait_problem import gait_problem
 from surefoot.planning.nominal_gait import NominalGait, nominal_gait
+from surefoot.planning.step_in_reach import saved_by
 from surefoot.planning.step_problem import OFFSET_PENALTY, StepProblem
 
 DOMINANT_WEIGHT = (1e5, 1e5)
@@ -50,9 +52,11 @@ class StepTiming:
         robot: whose gait it is.
         velocity: commanded (v_x, v_y) [m/s].
         step_weight: (a1, a2) on the step vector [1/m^2].
-        tau_weight: a3 on tau [-].
+        tau_weight: a3 on tau; 540 (R / tau_nom)^2 if None, see `control.defaults` [-].
         offset_weight: (a4, a5) on the DCM offset; they must dominate [1/m^2].
         offset_penalty: on half the squared distance from the viable offsets [1/m^2].
+        knows_leg: whether a landing must be in reach of `robot.swing` when the foot lands; False is
+            as published.
         step_duration: T_nom, chosen from the velocity if None [s].
         period: control period [s].
 
@@ -64,29 +68,37 @@ class StepTiming:
     robot: Robot
     velocity: tuple[float, float]
     step_weight: tuple[float, float] = (1.0, 1.0)
-    tau_weight: float = 1.0
+    tau_weight: float | None = None
     offset_weight: tuple[float, float] = DOMINANT_WEIGHT
     offset_penalty: float = OFFSET_PENALTY
+    knows_leg: bool = False
     step_duration: float | None = None
     period: float = 0.001
+    left_out: tuple[str, ...] = field(init=False, repr=False, compare=False)
     gait: NominalGait = field(init=False, repr=False)
     parameters: NDArray[np.void] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        check_tracking(self.robot, DEFAULT_DCM_GAIN, 0.0, self.period)
+        check_tracking(self.robot, None, 0.0, self.period)
         check_pair("step_weight", self.step_weight, 0.0, "1/m^2")
-        check_number("tau_weight", self.tau_weight, 0.0, "-")
+        if self.tau_weight is not None:
+            check_number("tau_weight", self.tau_weight, 0.0, "-")
         check_pair("offset_weight", self.offset_weight, 0.0, "1/m^2")
         check_number("offset_penalty", self.offset_penalty, 0.0, "1/m^2")
         gait = nominal_gait(self.robot, self.velocity, self.step_duration)
         object.__setattr__(self, "gait", gait)
         object.__setattr__(self, "velocity", gait.velocity)
+        fill_in(self, tau_weight=default_tau_weight(self.robot, gait))
         parameters = new_array(HYBRID)
         parameters["tracking"] = tracking_parameters(
-            self.robot, gait, DEFAULT_DCM_GAIN, True, 0.0, self.period
+            self.robot, gait, NO_GAIN, True, 0.0, self.period
         )
         # The hybrid cycle that decides the step from no error on: its tracking never has its turn.
         parameters["threshold"] = 0.0
+        knows_leg = self.knows_leg and self.robot.swing.is_limited
+        parameters["knows_leg"] = knows_leg
+        if knows_leg:
+            parameters["saved"] = saved_by(self.robot)
         for side in Side:
             parameters["problem"][0, side_index.py_func(side)] = self.step_problem(side).array[0]
         object.__setattr__(self, "parameters", parameters)
@@ -114,7 +126,7 @@ class StepTiming:
             growth,
             elapsed,
             step_weight=self.step_weight,
-            tau_weight=self.tau_weight,
+            tau_weight=filled(self.tau_weight),
             offset_weight=self.offset_weight,
             offset_penalty=self.offset_penalty,
         )
@@ -148,4 +160,4 @@ class StepTiming:
 
     def with_velocity(self, velocity: tuple[float, float]) -> Self:
         """The same controller for another velocity; the state carries over."""
-        return replace(self, velocity=velocity)
+        return replace(self, velocity=velocity, **again(self))

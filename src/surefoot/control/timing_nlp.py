@@ -21,10 +21,17 @@ from surefoot.checks import check_number, check_pair
 from surefoot.compiling import entry_point, njit
 from surefoot.control.cycle import command_swing, growth_since_touchdown, is_usable
 from surefoot.control.dcm_tracking import (
-    DEFAULT_DCM_GAIN,
     check_tracking,
     first_plan,
     tracking_parameters,
+)
+from surefoot.control.defaults import (
+    DCM_GAIN,
+    again,
+    default_tau_weight,
+    default_threshold,
+    fill_in,
+    filled,
 )
 from surefoot.control.tracking_law import (
     PLAN,
@@ -72,10 +79,14 @@ TIMING_NLP_STATE = np.dtype(
 first of them ends, since touchdown [s]; whether there are such steps; what that decision could not
 keep; and, in the state that `step` is about to return, what of `DECIDE` and `CARRY_ON` is to do."""
 
-TAU_WEIGHT = 0.01
-"""Default weight on e^(omega T) [-]. Cheap time lets the foot land early while a push still goes
-on, of which no decision knows. With 1, a leg of 3 m/s survives a tenth less; with 0.001, an
+TAU_SHARE = 5.4
+"""Default weight on e^(omega T) per (R / tau_nom)^2, see `control.defaults`: 0.01 for the paper's
+biped [1/m^2]. Cheap time lets the foot land early while a push still goes on, of which no decision
+knows. With a hundred times as much, a leg of 3 m/s survives a tenth less; with a tenth, an
 unlimited one lands at the shortest time, and the rest of a push throws it over the other foot."""
+
+DECIDED_EVERY = 10
+"""Control periods from one decision to the next."""
 
 END_WEIGHT = (20000.0, 20000.0)
 """Default weight on the DCM offset at the last landing [1/m^2]."""
@@ -211,13 +222,14 @@ class TimingNlp:
         robot: whose gait it is.
         velocity: commanded (v_x, v_y) [m/s].
         horizon: N, how many steps are decided together.
-        threshold: DCM error at which the steps are decided anew [m]; 0 always, inf never.
-        solve_period: time between two decisions [s].
-        dcm_gain: K_f, rate at which tracking removes an error [1/s].
+        threshold: DCM error at which the steps are decided anew [m]; 0 always, inf never, a tenth
+            of the room of the gait if None.
+        solve_period: time between two decisions; ten control periods if None [s].
+        dcm_gain: K_f, rate at which tracking removes an error; 0.857 omega if None [1/s].
         project_zmp: keep the ZMP of tracking inside the foot.
         zmp_share: how much of the sole the ZMP of a decision may use, 0 for a point foot [-].
         step_weight: on every step vector (x, y) [1/m^2].
-        tau_weight: on every e^(omega T) [-].
+        tau_weight: on every e^(omega T); 5.4 (R / tau_nom)^2 if None [-].
         zmp_weight: on every ZMP, from the centre of the foot (x, y) [1/m^2].
         offset_weight: on the DCM offset at the last landing; it must dominate (x, y) [1/m^2].
         path_weight: on the DCM offsets at the landings before (x, y) [1/m^2].
@@ -235,13 +247,13 @@ class TimingNlp:
     robot: Robot
     velocity: tuple[float, float]
     horizon: int = 3
-    threshold: float = 0.025
-    solve_period: float = 0.01
-    dcm_gain: float = DEFAULT_DCM_GAIN
+    threshold: float | None = None
+    solve_period: float | None = None
+    dcm_gain: float | None = None
     project_zmp: bool = True
     zmp_share: float = 1.0
     step_weight: tuple[float, float] = (1.0, 1.0)
-    tau_weight: float = TAU_WEIGHT
+    tau_weight: float | None = None
     zmp_weight: tuple[float, float] = (1.0, 1.0)
     offset_weight: tuple[float, float] = END_WEIGHT
     path_weight: tuple[float, float] = PATH_WEIGHT
@@ -249,6 +261,7 @@ class TimingNlp:
     max_iterations: int = 60
     step_duration: float | None = None
     period: float = 0.001
+    left_out: tuple[str, ...] = field(init=False, repr=False, compare=False)
     gait: NominalGait = field(init=False, repr=False)
     parameters: NDArray[np.void] = field(init=False, repr=False, compare=False)
     sequence: StepSequence = field(init=False, repr=False, compare=False)
@@ -259,16 +272,23 @@ class TimingNlp:
         gait = nominal_gait(self.robot, self.velocity, self.step_duration)
         object.__setattr__(self, "gait", gait)
         object.__setattr__(self, "velocity", gait.velocity)
+        fill_in(
+            self,
+            threshold=default_threshold(self.robot, gait),
+            solve_period=DECIDED_EVERY * self.period,
+            dcm_gain=DCM_GAIN * self.robot.omega,
+            tau_weight=default_tau_weight(self.robot, gait, TAU_SHARE),
+        )
         parameters = new_array(TIMING_NLP)
         parameters["tracking"] = tracking_parameters(
-            self.robot, gait, self.dcm_gain, self.project_zmp, 0.0, self.period
+            self.robot, gait, filled(self.dcm_gain), self.project_zmp, 0.0, self.period
         )
         parameters["threshold"], parameters["solve_period"] = self.threshold, self.solve_period
         parameters["longest"] = self.robot.gait.step_duration[1]
         object.__setattr__(self, "parameters", parameters)
         weights = SequenceWeights(
             self.step_weight,
-            self.tau_weight,
+            filled(self.tau_weight),
             self.zmp_weight,
             self.offset_weight,
             self.path_weight,
@@ -289,8 +309,10 @@ class TimingNlp:
                     repr(value),
                     "leave it out for the default",
                 )
-        check_number("threshold", self.threshold, 0.0, "m", endless=True)
-        check_number("solve_period", self.solve_period, 0.0, "s")
+        if self.threshold is not None:
+            check_number("threshold", self.threshold, 0.0, "m", endless=True)
+        if self.solve_period is not None:
+            check_number("solve_period", self.solve_period, 0.0, "s")
         check_number("zmp_share", self.zmp_share, 0.0, "-")
         if self.zmp_share > 1.0:
             raise ParameterError(
@@ -298,7 +320,8 @@ class TimingNlp:
             )
         for name in ("step_weight", "zmp_weight", "offset_weight", "path_weight"):
             check_pair(name, getattr(self, name), 0.0, "1/m^2")
-        check_number("tau_weight", self.tau_weight, 0.0, "-")
+        if self.tau_weight is not None:
+            check_number("tau_weight", self.tau_weight, 0.0, "-")
         check_number("offset_penalty", self.offset_penalty, 0.0, "1/m^2", above=True)
 
     @property
@@ -356,7 +379,7 @@ class TimingNlp:
             (float(speed[0]), float(speed[1])),
         )
         status = Status.OK if converged else Status.NOT_CONVERGED
-        if converged and outside > VIOLATION_TOLERANCE:
+        if converged and outside > VIOLATION_TOLERANCE * self.sequence.size:
             status |= Status.OFFSET_VIOLATED
         steps = steps if converged else guess
         next_state["steps"], next_state["status"], next_state["known"] = steps, int(status), 1
@@ -365,4 +388,4 @@ class TimingNlp:
 
     def with_velocity(self, velocity: tuple[float, float]) -> Self:
         """The same controller for another velocity; the state carries over."""
-        return replace(self, velocity=velocity)
+        return replace(self, velocity=velocity, **again(self))

@@ -55,3 +55,8 @@ class Swing(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tru
                     f"{getattr(self, name)}",
                     "leave it out, or write inf, for the paper's unlimited leg",
                 )
+
+    @property
+    def is_limited(self) -> bool:
+        """Whether speed or acceleration limit where the foot can be."""
+        return math.isfinite(self.max_speed) or math.isfinite(self.max_acceleration)

@@ -74,6 +74,25 @@ def velocity_response(
     return 0.5 * omega * np.exp(omega * np.cumsum(lengths)), from_zmp
 
 
+def push_response(
+    from_zmp: NDArray[np.float64], lengths: NDArray[np.float64], lasting: float
+) -> NDArray[np.float64]:
+    """The CoM velocity at the end of each interval under a push that goes on for a time.
+
+    A force F moves the CoM as a ZMP does that is F / (m omega^2) further back.
+
+    Args:
+        from_zmp: of `velocity_response`, shape (n, n) [1/s].
+        lengths: of the intervals [s], shape (n,).
+        lasting: how much longer it pushes [s].
+
+    Returns:
+        Velocity per F / (m omega^2) (n,) [1/s].
+    """
+    begins = np.cumsum(lengths) - lengths
+    return -from_zmp @ np.clip((lasting - begins) / lengths, 0.0, 1.0)
+
+
 def lean_response(
     inertia: float, lengths: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

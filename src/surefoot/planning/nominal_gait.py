@@ -24,6 +24,13 @@ QUINTIC_PEAK = 1.875
 QUINTIC_ACCELERATION = 10.0 / math.sqrt(3.0)
 """Its largest acceleration, times duration over mean speed."""
 
+EDGE = 1e-7
+"""How far a nominal step keeps from the end of its box, as a fraction of it. A gait on the very end
+has no step left that takes back an error forward, and rounding grows by e^(omega T) in each."""
+
+ROUNDING = 1e-9
+"""A velocity that is faster than the largest one by this fraction is the largest one."""
+
 
 @dataclass(frozen=True)
 class NominalGait:
@@ -150,13 +157,14 @@ def nominal_gait(
     v_x, v_y = _checked_velocity(velocity)
     shortest, longest = robot.gait.step_duration
     upper = min(longest, _duration_for_reach(robot, v_x, v_y))
-    if upper < shortest:
+    if upper < shortest * (1.0 - ROUNDING):
         limit = _floor(largest_speed(robot, (v_x, v_y)))
         raise VelocityError(
             f"at most {limit} m/s in the direction of ({v_x}, {v_y})",
             f"{math.hypot(v_x, v_y):.4g} m/s",
             f"slow down, or widen step_x, step_y or step_duration of robot '{robot.name}'",
         )
+    upper = max(upper, shortest)
     if step_duration is None:
         duration = 0.5 * (shortest + upper)
     else:
@@ -171,8 +179,8 @@ def nominal_gait(
     return NominalGait(
         velocity=(v_x, v_y),
         step_duration=duration,
-        step_length=v_x * duration,
-        lateral_step=v_y * duration,
+        step_length=_inside(v_x * duration, _forward_limit(robot, v_x)),
+        lateral_step=_inside(v_y * duration, _sideways_limit(robot)),
         hip=robot.hip,
         omega=robot.omega,
     )
@@ -228,12 +236,25 @@ def gait_room(
 
 def _duration_for_reach(robot: Robot, v_x: float, v_y: float) -> float:
     """The longest step duration at which X = v_x T and Y = v_y T fit their limits [s]."""
-    forward = robot.gait.step_x[1] if v_x > 0.0 else -robot.gait.step_x[0]
-    sideways = min(-robot.gait.step_y[0], robot.gait.step_y[1])
     return min(
-        forward / abs(v_x) if v_x != 0.0 else math.inf,
-        sideways / abs(v_y) if v_y != 0.0 else math.inf,
+        _forward_limit(robot, v_x) / abs(v_x) if v_x != 0.0 else math.inf,
+        _sideways_limit(robot) / abs(v_y) if v_y != 0.0 else math.inf,
     )
+
+
+def _forward_limit(robot: Robot, v_x: float) -> float:
+    """How long a step may be in the direction of travel [m]."""
+    return robot.gait.step_x[1] if v_x > 0.0 else -robot.gait.step_x[0]
+
+
+def _sideways_limit(robot: Robot) -> float:
+    """How far a step may go sideways, outward and inward alike [m]."""
+    return min(-robot.gait.step_y[0], robot.gait.step_y[1])
+
+
+def _inside(step: float, limit: float) -> float:
+    """A nominal step, kept off the end of its box by `EDGE`."""
+    return math.copysign(min(abs(step), (1.0 - EDGE) * limit), step)
 
 
 def _checked_velocity(velocity: tuple[float, float]) -> tuple[float, float]:

@@ -34,7 +34,8 @@ MAX_ITERATIONS = NEWTON_STEPS + 8 + 2
 """No solve evaluates the derivative more often: Newton, eight kinks, and the last piece twice."""
 
 VIOLATION_TOLERANCE = 1e-6
-"""A larger violation of the soft offset bounds is reported in the status [m]."""
+"""A larger violation of the soft offset bounds is reported in the status, as a fraction of the
+longer side of the step box."""
 
 _LEAST_WEIGHT = 1e-16
 """Relative floor of the weights: where the problem has many solutions, the nearest to nominal."""
@@ -216,16 +217,11 @@ def best_tau(low, high, tau_weight, nominal_tau, growth_x, growth_y, x_axis, y_a
     )
 
 
-@njit
-def solve_step_record(problem, growth_x, growth_y, tau_now, solution):
-    """`solve_step` over records, with what changes from cycle to cycle beside the problem.
+@njit(forceinline=True)
+def prepare_axes(problem):
+    """Both axes of a `STEP_PROBLEM` record, ready to be evaluated; the weight on tau; the status.
 
-    Args:
-        problem: a `STEP_PROBLEM` record; its `growth` is not read.
-        growth_x: A [m].
-        growth_y: B [m].
-        tau_now: e^(omega t): no landing before now.
-        solution: a `STEP_SOLUTION` record, written.
+    A box of steps that is empty collapses to its middle.
     """
     status = 0
     x_low, x_high = problem.step_min[0], problem.step_max[0]
@@ -236,10 +232,6 @@ def solve_step_record(problem, growth_x, growth_y, tau_now, solution):
         x_low = x_high = 0.5 * (x_low + x_high)
     if y_low > y_high:
         y_low = y_high = 0.5 * (y_low + y_high)
-    tau_low, tau_high = max(problem.tau_min, tau_now), problem.tau_max
-    if tau_low > tau_high:
-        tau_high = tau_low
-        status |= _NO_TIME_LEFT
     step_weight, offset_weight = problem.step_weight, problem.offset_weight
     floor = _LEAST_WEIGHT * max(
         1.0, problem.tau_weight, step_weight[0], step_weight[1], offset_weight[0], offset_weight[1]
@@ -254,11 +246,12 @@ def solve_step_record(problem, growth_x, growth_y, tau_now, solution):
         max(offset_weight[1], floor), problem.offset_penalty, problem.nominal_offset[1],
         problem.offset_min[1], problem.offset_max[1],
     )  # fmt: skip
-    tau, evaluations = best_tau(
-        tau_low, tau_high, max(problem.tau_weight, floor), problem.nominal_tau,
-        growth_x, growth_y, x_axis, y_axis,
-    )  # fmt: skip
+    return x_axis, y_axis, max(problem.tau_weight, floor), status
 
+
+@njit(forceinline=True)
+def write_solution(problem, x_axis, y_axis, growth_x, growth_y, tau, solution):
+    """Write the best landing for a tau, its multipliers and violation; add to the status."""
     x, d_x, pull_x, _, _ = solve_axis(growth_x * tau, x_axis)
     y, d_y, pull_y, _, _ = solve_axis(growth_y * tau, y_axis)
     violation = max(
@@ -266,12 +259,36 @@ def solve_step_record(problem, growth_x, growth_y, tau_now, solution):
         max(problem.offset_min[0] - d_x, d_x - problem.offset_max[0]),
         max(problem.offset_min[1] - d_y, d_y - problem.offset_max[1]),
     )
-    if violation > VIOLATION_TOLERANCE:
-        status |= _OFFSET_VIOLATED
+    size = max(problem.step_max[0] - problem.step_min[0], problem.step_max[1] - problem.step_min[1])
+    if violation > VIOLATION_TOLERANCE * size:
+        solution.status |= _OFFSET_VIOLATED
     solution.step[0], solution.step[1], solution.tau = x, y, tau
     solution.offset[0], solution.offset[1] = d_x, d_y
     solution.multiplier[0], solution.multiplier[1] = pull_x, pull_y
-    solution.violation, solution.status, solution.iterations = violation, status, evaluations
+    solution.violation = violation
+
+
+@njit
+def solve_step_record(problem, growth_x, growth_y, tau_now, solution):
+    """`solve_step` over records, with what changes from cycle to cycle beside the problem.
+
+    Args:
+        problem: a `STEP_PROBLEM` record; its `growth` is not read.
+        growth_x: A [m].
+        growth_y: B [m].
+        tau_now: e^(omega t): no landing before now.
+        solution: a `STEP_SOLUTION` record, written.
+    """
+    x_axis, y_axis, tau_weight, status = prepare_axes(problem)
+    tau_low, tau_high = max(problem.tau_min, tau_now), problem.tau_max
+    if tau_low > tau_high:
+        tau_high = tau_low
+        status |= _NO_TIME_LEFT
+    tau, evaluations = best_tau(
+        tau_low, tau_high, tau_weight, problem.nominal_tau, growth_x, growth_y, x_axis, y_axis
+    )
+    solution.status, solution.iterations = status, evaluations
+    write_solution(problem, x_axis, y_axis, growth_x, growth_y, tau, solution)
 
 
 @njit

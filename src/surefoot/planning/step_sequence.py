@@ -11,7 +11,9 @@ that stands, and d_k the DCM at landing relative to the landing foot. For the st
 what is left of it, and d_0 the DCM now. Every step is written in a frame of its own, with y towards
 its swing side: so a problem and its mirror image are the same numbers.
 
-CasADi gives the derivatives and IPOPT solves; both are loaded when the first program is built.
+The program is in the robot's own units, lengths in heights of the CoM and times in 1 / omega, so
+that similar robots have the same one. CasADi gives the derivatives and IPOPT solves; both are
+loaded when the first program is built.
 """
 
 from __future__ import annotations
@@ -44,17 +46,18 @@ PLANNED_STEPS = np.dtype(
 """The next steps, each in its own frame: duration, for the first one what is left of it [s]; step
 vector, ZMP and DCM offset at landing [m]."""
 
-UNLIMITED = (1e3, 1e9)
-"""What the program takes for an infinite speed or acceleration of the leg [m/s, m/s^2]."""
+UNLIMITED = (360.0, 1e8)
+"""What the program takes for an infinite speed or acceleration of the leg, in its own units."""
 
-ROOM = 1e-3
-"""What a foot that cannot reach the box in time may lack beyond the least that it must [m]."""
+ROOM = 1.25e-3
+"""What a foot that cannot reach the box in time may lack beyond the least that it must, in heights
+of the CoM."""
 
 TOLERANCE = 1e-9
 """To which IPOPT solves, on its unscaled error."""
 
 GRID = 12
-"""Decimals that the program sees [m, s]: the same problem at another place has the same bits."""
+"""Decimals that the program sees: the same problem at another place has the same bits."""
 
 _PER_STEP = 7
 _NUMBERS = (
@@ -140,14 +143,27 @@ class StepSequence:
     @property
     def is_limited(self) -> bool:
         """Whether the leg limits where the foot can be."""
-        swing = self.robot.swing
-        return bool(np.isfinite(swing.max_speed) or np.isfinite(swing.max_acceleration))
+        return self.robot.swing.is_limited
 
     @property
     def leg(self) -> tuple[float, float]:
-        """V and A as the program takes them [m/s, m/s^2]."""
-        swing = self.robot.swing
-        return min(swing.max_speed, UNLIMITED[0]), min(swing.max_acceleration, UNLIMITED[1])
+        """V and A as the program takes them, in its own units."""
+        swing, speed = self.robot.swing, self.unit * self.gait.omega
+        return (
+            min(swing.max_speed / speed, UNLIMITED[0]),
+            min(swing.max_acceleration / (speed * self.gait.omega), UNLIMITED[1]),
+        )
+
+    @property
+    def unit(self) -> float:
+        """The length in which the program counts [m]."""
+        return self.robot.com_height
+
+    @property
+    def size(self) -> float:
+        """The longer side of the step box [m]."""
+        limits = self.robot.gait
+        return max(limits.step_x[1] - limits.step_x[0], limits.step_y[1] - limits.step_y[0])
 
     def nominal(self, side: Side, elapsed: float) -> NDArray[np.void]:
         """The steps of the nominal gait from this support on, a `PLANNED_STEPS` record."""
@@ -184,21 +200,22 @@ class StepSequence:
             The steps as a `PLANNED_STEPS` record, whether IPOPT found them optimal, and by how much
             the DCM offset at the last landing is outside the viable set [m].
         """
-        elapsed = round(elapsed, GRID)
-        start = _on_grid(_in_own_frame(dcm, side))
-        way = _on_grid(_in_own_frame(foot, side))
-        speed = _on_grid(_in_own_frame(foot_velocity, side))
-        longest = self.robot.gait.step_duration[1]
+        unit, omega = self.unit, self.gait.omega
+        elapsed = round(omega * elapsed, GRID)
+        start = _on_grid(_in_own_frame(dcm, side), unit)
+        way = _on_grid(_in_own_frame(foot, side), unit)
+        speed = _on_grid(_in_own_frame(foot_velocity, side), unit * omega)
+        longest = omega * self.robot.gait.step_duration[1]
         lower, upper = self.lower.copy(), self.upper.copy()
         lower[0], upper[0] = max(lower[0] - elapsed, 0.0), max(upper[0] - elapsed, 0.0)
         numbers = self.fixed | {
-            "growth": float(np.exp(self.gait.omega * min(elapsed, longest))),
+            "growth": float(np.exp(min(elapsed, longest))),
             "dcm_x": start[0], "dcm_y": start[1], "foot_x": way[0], "foot_y": way[1],
             "foot_velocity_x": speed[0], "foot_velocity_y": speed[1],
-            "nominal_y": _in_own_frame(self.gait.step(side), side)[1],
-            "nominal_y_next": _in_own_frame(self.gait.step(side.other), side.other)[1],
-            "offset_y": _in_own_frame(self.gait.dcm_offset(side), side)[1],
-            "offset_y_next": _in_own_frame(self.gait.dcm_offset(side.other), side.other)[1],
+            "nominal_y": _in_own_frame(self.gait.step(side), side)[1] / unit,
+            "nominal_y_next": _in_own_frame(self.gait.step(side.other), side.other)[1] / unit,
+            "offset_y": _in_own_frame(self.gait.dcm_offset(side), side)[1] / unit,
+            "offset_y_next": _in_own_frame(self.gait.dcm_offset(side.other), side.other)[1] / unit,
             **self._least_lateness(way, speed, float(upper[0])),
         }  # fmt: skip
         answer = self.solver(
@@ -212,14 +229,15 @@ class StepSequence:
         values = np.clip(np.asarray(answer["x"]).ravel(), lower, upper)
         good = bool(self.solver.stats()["success"]) and bool(np.isfinite(values).all())
         slack = values[_PER_STEP * self.horizon :]
-        return self._planned(values), good, float(np.abs(slack).max())
+        return self._planned(values), good, unit * float(np.abs(slack).max())
 
     def _start(self, dcm: tuple[float, float], guess: NDArray[np.void]) -> NDArray[np.float64]:
         """The variables of a guess: its DCM offsets follow from where the DCM is now."""
         offset, variables = np.array(dcm), []
         for k in range(self.horizon):
-            time, step, zmp = (guess[name][0, k] for name in ("duration", "step", "zmp"))
-            offset = zmp + (offset - zmp) * np.exp(self.gait.omega * time) - step
+            time = self.gait.omega * guess["duration"][0, k]
+            step, zmp = guess["step"][0, k] / self.unit, guess["zmp"][0, k] / self.unit
+            offset = zmp + (offset - zmp) * np.exp(time) - step
             variables += [time, *step, *zmp, *offset]
             # In the next step's own frame y points the other way.
             offset = offset * (1.0, -1.0)
@@ -242,20 +260,21 @@ class StepSequence:
     def _planned(self, values: NDArray[np.float64]) -> NDArray[np.void]:
         plan = np.zeros(1, PLANNED_STEPS)
         for k in range(self.horizon):
-            of_step = values[_PER_STEP * k :][:_PER_STEP]
-            plan["duration"][0, k], plan["step"][0, k] = of_step[0], of_step[1:3]
+            of_step = self.unit * values[_PER_STEP * k :][:_PER_STEP]
+            plan["duration"][0, k] = values[_PER_STEP * k] / self.gait.omega
+            plan["step"][0, k] = of_step[1:3]
             plan["zmp"][0, k], plan["offset"][0, k] = of_step[3:5], of_step[5:7]
         return plan
 
     def _fixed_numbers(self) -> dict[str, float]:
         numbers = {
-            "omega": self.gait.omega,
+            "omega": 1.0,
             "max_speed": self.leg[0],
             "max_acceleration": self.leg[1],
             "nominal_tau": self.gait.growth,
-            "nominal_x": self.gait.step_length,
-            "offset_x": self.gait.dcm_offset(Side.RIGHT)[0],
-            "tau_weight": self.weights.tau,
+            "nominal_x": self.gait.step_length / self.unit,
+            "offset_x": self.gait.dcm_offset(Side.RIGHT)[0] / self.unit,
+            "tau_weight": self.weights.tau / self.unit**2,
             "penalty": self.weights.penalty,
         }
         for name in ("step", "zmp", "offset", "path"):
@@ -267,10 +286,11 @@ class StepSequence:
         """Of the variables, with the whole duration of the first step."""
         limits, free = self.robot.gait, (np.inf, np.inf)
         # Own frames look like the one of right support, whose swing side is the left.
-        low, high = limits.step_box(Side.RIGHT, self.robot.hip)
-        reach = self.zmp_share * np.array(self.robot.foot.half)
-        lower = [limits.step_duration[0], *low, *-reach, *np.negative(free)] * self.horizon
-        upper = [limits.step_duration[1], *high, *reach, *free] * self.horizon
+        low, high = np.array(limits.step_box(Side.RIGHT, self.robot.hip)) / self.unit
+        reach = self.zmp_share * np.array(self.robot.foot.half) / self.unit
+        shortest, longest = self.gait.omega * np.array(limits.step_duration)
+        lower = [shortest, *low, *-reach, *np.negative(free)] * self.horizon
+        upper = [longest, *high, *reach, *free] * self.horizon
         return np.array([*lower, *np.negative(free)]), np.array([*upper, *free])
 
     def _constraint_bounds(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -278,8 +298,8 @@ class StepSequence:
         viable = viable_offsets(self.robot, Side.RIGHT, (float(reach[0]), float(reach[1])))
         flow, late = [0.0] * (2 * self.horizon), 4 * self.horizon if self.is_limited else 0
         return (
-            np.array([*flow, *viable.lower] + [-np.inf] * late),
-            np.array([*flow, *viable.upper] + [0.0] * late),
+            np.array([*flow, *(np.array(viable.lower) / self.unit)] + [-np.inf] * late),
+            np.array([*flow, *(np.array(viable.upper) / self.unit)] + [0.0] * late),
         )
 
 
@@ -288,8 +308,8 @@ def _in_own_frame(vector: tuple[float, float], side: Side) -> tuple[float, float
     return vector[0], side * vector[1]
 
 
-def _on_grid(vector: tuple[float, float]) -> tuple[float, float]:
-    return round(vector[0], GRID), round(vector[1], GRID)
+def _on_grid(vector: tuple[float, float], unit: float) -> tuple[float, float]:
+    return round(vector[0] / unit, GRID), round(vector[1] / unit, GRID)
 
 
 @cache
