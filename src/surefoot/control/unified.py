@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 from surefoot.checks import check_number, check_pair
 from surefoot.compiling import entry_point, njit
 from surefoot.control.cycle import command_swing, growth_since_touchdown, is_usable
+from surefoot.control.defaults import DCM_GAIN, again, fill_in, filled
 from surefoot.control.dcm_tracking import (
-    DEFAULT_DCM_GAIN,
     check_tracking,
     first_plan,
     tracking_parameters,
@@ -124,16 +124,19 @@ class UnifiedController:
         robot: whose gait it is, and whose leg and sole it makes use of.
         velocity: commanded (v_x, v_y) [m/s].
         ankle: whether the ZMP moves inside the sole; False for a point foot.
-        horizon: h, how much longer a push may go on that is observed; 0 for none [s].
-        reserve: rho, distance kept from what cannot be saved [m]; less if the gait is closer.
-        comfort: DCM error that the ZMP alone answers, while nothing is in danger [m].
-        dcm_gain: K_f, rate at which the ZMP removes an error [1/s].
-        step_weight: (a1, a2) on the step vector [1/m^2].
-        tau_weight: a3 on tau [-].
-        offset_weight: (a4, a5) on the error at landing that neither ZMP nor comfort takes [1/m^2].
+        horizon: h, how much longer a push may go on that is observed; inf for one of which nothing
+            is known, 0 for none [s].
+        reserve: rho, distance kept from what cannot be saved, at most half the gait's room R;
+            0.025 com_height if None [m].
+        comfort: DCM error that the ZMP alone answers, while nothing is in danger; 0.03 com_height
+            if None [m].
+        dcm_gain: K_f, rate at which the ZMP removes an error; 0.857 omega if None [1/s].
+        step_weight: (a1, a2) R^2 on the step vector, beside an offset weight of 1 [-].
+        tau_weight: a3 tau_nom^2 on tau, beside the same; above 2 the robot may step for ever at
+            the edge of its reserve instead of coming back [-].
+        offset_weight: (a4, a5) R^2 on the error at landing that neither ZMP nor comfort takes [-].
         commitment: a landing that is nearer than this cannot be brought forward any more, since
-            what a push does shows only after a few cycles; if None, 3 ms, or 10 ms for a leg of
-            limited acceleration, to which landing at once is a temptation, but three periods [s].
+            what a push does shows only after two cycles; two periods if None [s].
         step_duration: T_nom, chosen from the velocity if None [s].
         period: control period [s].
 
@@ -150,26 +153,32 @@ class UnifiedController:
     horizon: float = math.inf
     reserve: float | None = None
     comfort: float | None = None
-    dcm_gain: float = DEFAULT_DCM_GAIN
+    dcm_gain: float | None = None
     step_weight: tuple[float, float] = (1e-3, 1e-3)
     tau_weight: float = 0.1
     offset_weight: tuple[float, float] = (1.0, 1.0)
     commitment: float | None = None
     step_duration: float | None = None
     period: float = 0.001
+    left_out: tuple[str, ...] = field(init=False, repr=False, compare=False)
     gait: NominalGait = field(init=False, repr=False)
     parameters: NDArray[np.void] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         check_tracking(self.robot, self.dcm_gain, 0.0, self.period)
+        fill_in(
+            self,
+            dcm_gain=DCM_GAIN * self.robot.omega,
+            reserve=RESERVE * self.robot.com_height,
+            comfort=COMFORT * self.robot.com_height,
+            commitment=COMMITMENT * self.period,
+        )
         check_number("horizon", self.horizon, 0.0, "s", endless=True)
-        for name, share in (("reserve", RESERVE), ("comfort", COMFORT)):
-            if getattr(self, name) is None:
-                object.__setattr__(self, name, share * self.robot.com_height)
-            check_number(name, getattr(self, name), 0.0, "m")
+        for name, unit in (("reserve", "m"), ("comfort", "m"), ("commitment", "s")):
+            check_number(name, getattr(self, name), 0.0, unit)
         check_number("tau_weight", self.tau_weight, 0.0, "-", above=True)
-        check_pair("step_weight", self.step_weight, 0.0, "1/m^2")
-        check_pair("offset_weight", self.offset_weight, 0.0, "1/m^2")
+        check_pair("step_weight", self.step_weight, 0.0, "-")
+        check_pair("offset_weight", self.offset_weight, 0.0, "-")
         gait = nominal_gait(self.robot, self.velocity, self.step_duration)
         object.__setattr__(self, "gait", gait)
         object.__setattr__(self, "velocity", gait.velocity)
@@ -178,7 +187,7 @@ class UnifiedController:
         room = gait_room(self.robot, gait, (reach[0], reach[1]))
         parameters = new_array(UNIFIED)
         parameters["tracking"] = tracking_parameters(
-            self.robot, gait, self.dcm_gain, self.ankle, 0.0, self.period
+            self.robot, gait, filled(self.dcm_gain), self.ankle, 0.0, self.period
         )
         parameters["landing"] = self._landing(reach, room)
         parameters["anticipation"] = -math.expm1(-self.robot.omega * self.horizon)
@@ -210,20 +219,20 @@ class UnifiedController:
 
         What comfort leaves to the next step is no more than the ZMP can take up in one.
         """
-        gain = 1.0 + self.dcm_gain / self.robot.omega
+        gain, comfort = 1.0 + filled(self.dcm_gain) / self.robot.omega, filled(self.comfort)
         taken = -math.expm1(-self.robot.omega * self.gait.step_duration)
         return landing_parameters(
             self.robot,
             reach,
-            np.minimum(reach, gain * self.comfort),
-            np.minimum(self.comfort, taken * reach),
+            np.minimum(reach, gain * comfort),
+            np.minimum(comfort, taken * reach),
             room=room,
             tau_ref=self.gait.growth,
             step_weight=self.step_weight,
             tau_weight=self.tau_weight,
             offset_weight=self.offset_weight,
-            reserve=self.reserve,
-            commitment=self.commitment,
+            reserve=filled(self.reserve),
+            commitment=filled(self.commitment),
         )
 
     @property
@@ -261,4 +270,4 @@ class UnifiedController:
 
     def with_velocity(self, velocity: tuple[float, float]) -> Self:
         """The same controller for another velocity; the state carries over."""
-        return replace(self, velocity=velocity)
+        return replace(self, velocity=velocity, **again(self))

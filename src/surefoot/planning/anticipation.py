@@ -28,6 +28,9 @@ MARGIN_ROUNDS = 20
 ROUNDS_BACK = 5
 """For the way back of a foot, which is only a matter of how far it goes ahead."""
 
+PARTS_ALONE = 24
+"""The same if one axis lands alone."""
+
 ROUNDS_ALONE = 6
 """Of the search for the time at which one axis lands, from piece to piece."""
 
@@ -143,8 +146,8 @@ def best_landing(landing, situation, axis, sign, enough, rounds):
             best, when = worth, time
     else:
         length = latest - earliest
-        for k in range(-1, PARTS):
-            time = earliest + length * (k / PARTS) ** 2 if k >= 0 else there
+        for k in range(-1, PARTS_ALONE):
+            time = earliest + length * (k / PARTS_ALONE) ** 2 if k >= 0 else there
             if not earliest <= time <= latest:
                 continue
             worth = worth_of(landing, situation, axis, sign, time)[0]
@@ -152,9 +155,9 @@ def best_landing(landing, situation, axis, sign, enough, rounds):
                 best, when = worth, time
                 if best + beyond >= enough:
                     return best + beyond, when
-        part = PARTS * math.sqrt(max(when - earliest, 0.0) / length) if length > 0.0 else 0.0
-        low = earliest + length * (max(math.ceil(part) - 1, 0) / PARTS) ** 2
-        high = earliest + length * (min(math.floor(part) + 1, PARTS) / PARTS) ** 2
+        part = PARTS_ALONE * math.sqrt(max(when - earliest, 0.0) / length) if length > 0.0 else 0.0
+        low = earliest + length * (max(math.floor(part) - 1, 0) / PARTS_ALONE) ** 2
+        high = earliest + length * (min(math.ceil(part) + 1, PARTS_ALONE) / PARTS_ALONE) ** 2
         for _ in range(rounds):
             left, right = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
             at_left = worth_of(landing, situation, axis, sign, left)[0]
@@ -275,7 +278,7 @@ def most_saved(landing, situation, push_x, push_y, earliest, latest, enough, rou
     if not length > 0.0:
         return best
     part = PARTS * math.sqrt((where - earliest) / length)
-    before, after = max(math.ceil(part) - 1, 0), min(math.floor(part) + 1, PARTS)
+    before, after = max(math.floor(part) - 1, 0), min(math.ceil(part) + 1, PARTS)
     low = earliest + length * (before / PARTS) ** 2
     high = earliest + length * (after / PARTS) ** 2
     left, right = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
