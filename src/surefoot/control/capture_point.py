@@ -23,7 +23,6 @@ from numpy.typing import NDArray
 from surefoot.compiling import entry_point, njit
 from surefoot.control.cycle import command_swing, growth_since_touchdown, is_usable, side_index
 from surefoot.control.dcm_tracking import (
-    DEFAULT_DCM_GAIN,
     TRACKING_STATE,
     check_tracking,
     first_plan,
@@ -69,7 +68,7 @@ def capture(parameters, observation, plan, command):
     asked_x = _zmp_for(away_x, plan.start_offset[0] * plan.growth, growth)
     asked_y = _zmp_for(away_y, plan.start_offset[1] * plan.growth, growth)
     zmp_x, zmp_y = nearest_under_foot(asked_x, asked_y, half[0], half[1], observation.support_yaw)
-    if length(zmp_x - asked_x, zmp_y - asked_y) > EDGE_TOLERANCE:
+    if length(zmp_x - asked_x, zmp_y - asked_y) > EDGE_TOLERANCE * length(half[0], half[1]):
         command.status |= _ZMP_AT_EDGE
     command.step_duration = max(plan.step_duration, observation.elapsed)
     row = side_index(observation.support_side)
@@ -145,14 +144,12 @@ class CapturePointStepping:
     parameters: NDArray[np.void] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        check_tracking(self.robot, DEFAULT_DCM_GAIN, 0.0, self.period)
+        check_tracking(self.robot, None, 0.0, self.period)
         gait = nominal_gait(self.robot, self.velocity, self.step_duration)
         object.__setattr__(self, "gait", gait)
         object.__setattr__(self, "velocity", gait.velocity)
         # Records and plan are those of tracking, whose gain this law has no use for.
-        parameters = tracking_parameters(
-            self.robot, gait, DEFAULT_DCM_GAIN, self.ankle, 0.0, self.period
-        )
+        parameters = tracking_parameters(self.robot, gait, None, self.ankle, 0.0, self.period)
         if not self.ankle:
             parameters["half_foot"] = 0.0
         object.__setattr__(self, "parameters", parameters)

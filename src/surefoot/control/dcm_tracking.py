@@ -36,12 +36,13 @@ from surefoot.control.tracking_law import (
 from surefoot.errors import ParameterError
 from surefoot.models.footsteps import Side
 from surefoot.models.interfaces import COMMAND, OBSERVATION, Command, Observation
+from surefoot.models.lipm import STANDARD_GRAVITY
 from surefoot.models.record import new_array
 from surefoot.models.robot import Robot
 from surefoot.planning.nominal_gait import NominalGait, nominal_gait
 
-DEFAULT_DCM_GAIN = 3.0
-"""K_f, the rate at which tracking removes an error [1/s]."""
+DCM_GAIN = 3.0 / math.sqrt(STANDARD_GRAVITY / 0.8)
+"""K_f / omega, where no K_f is given: the paper's 3 1/s on its own biped, whose CoM is at 0.8 m."""
 
 TRACKING_STATE = np.dtype([("plan", PLAN), ("command", COMMAND)])
 
@@ -87,8 +88,13 @@ def _compiled() -> Callable[..., None]:
     return entry_point(_tracking_step, TRACKING, TRACKING_STATE, OBSERVATION, TRACKING_STATE)
 
 
-def check_tracking(robot: Robot, dcm_gain: float, double_support: float, period: float) -> None:
+def check_tracking(
+    robot: Robot, dcm_gain: float | None, double_support: float, period: float
+) -> float:
     """Refuse what no controller that tracks can work with.
+
+    Returns:
+        K_f, that of the robot if None is given [1/s].
 
     Raises:
         ParameterError: no `Robot`, a gain or a period that is not positive, or a double support
@@ -96,7 +102,8 @@ def check_tracking(robot: Robot, dcm_gain: float, double_support: float, period:
     """
     if not isinstance(robot, Robot):
         raise ParameterError("a Robot", repr(robot), 'load one: surefoot.load_robot("paper-biped")')
-    check_number("dcm_gain", dcm_gain, 0.0, "1/s", above=True)
+    gain = DCM_GAIN * robot.omega if dcm_gain is None else dcm_gain
+    check_number("dcm_gain", gain, 0.0, "1/s", above=True)
     check_number("period", period, 0.0, "s", above=True)
     check_number("double_support", double_support, 0.0, "-")
     if double_support > LONGEST_DOUBLE_SUPPORT:
@@ -105,21 +112,22 @@ def check_tracking(robot: Robot, dcm_gain: float, double_support: float, period:
             f"{double_support}",
             "people walk with about 0.2",
         )
+    return gain
 
 
 def tracking_parameters(
     robot: Robot,
     gait: NominalGait,
-    dcm_gain: float,
+    dcm_gain: float | None,
     project_zmp: bool,
     double_support: float,
     period: float,
 ) -> NDArray[np.void]:
-    """The `TRACKING` record of a robot and a gait, shape (1,)."""
+    """The `TRACKING` record of a robot and a gait, shape (1,); K_f is the robot's own if None."""
     parameters = new_array(TRACKING)
     record = parameters[0]
     record["omega"] = robot.omega
-    record["zmp_gain"] = 1.0 + dcm_gain / robot.omega
+    record["zmp_gain"] = 1.0 + (DCM_GAIN if dcm_gain is None else dcm_gain / robot.omega)
     record["half_foot"] = robot.foot.half if project_zmp else (math.inf, math.inf)
     record["step_duration"] = record["next_step_duration"] = gait.step_duration
     record["double_support"] = double_support
@@ -180,7 +188,8 @@ class DcmTracking:
     Args:
         robot: whose gait it is.
         velocity: commanded (v_x, v_y) [m/s].
-        dcm_gain: K_f, rate at which an error decays [1/s].
+        dcm_gain: K_f, rate at which an error decays; 6/7 of omega if None, 3 for the paper's biped
+            [1/s].
         project_zmp: keep the ZMP inside the foot; False shows what the law asks for, as the
             paper's Figs. 5 and 8 do.
         double_support: fraction of the step for which both feet share the load, with a smooth
@@ -195,7 +204,7 @@ class DcmTracking:
 
     robot: Robot
     velocity: tuple[float, float]
-    dcm_gain: float = DEFAULT_DCM_GAIN
+    dcm_gain: float | None = None
     project_zmp: bool = True
     double_support: float = 0.0
     step_duration: float | None = None
@@ -204,7 +213,8 @@ class DcmTracking:
     parameters: NDArray[np.void] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        check_tracking(self.robot, self.dcm_gain, self.double_support, self.period)
+        gain = check_tracking(self.robot, self.dcm_gain, self.double_support, self.period)
+        object.__setattr__(self, "dcm_gain", gain)
         gait = nominal_gait(self.robot, self.velocity, self.step_duration)
         object.__setattr__(self, "gait", gait)
         object.__setattr__(self, "velocity", gait.velocity)

@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 from surefoot.compiling import entry_point, njit
 from surefoot.control.cycle import side_index
 from surefoot.control.dcm_tracking import (
-    DEFAULT_DCM_GAIN,
     TRACKING_STATE,
     check_tracking,
     first_plan,
@@ -56,7 +55,7 @@ class FootholdTracking:
     Args:
         robot: whose limits hold.
         footholds: from `load_footholds`, or made by hand; the first two are the feet that stand.
-        dcm_gain: K_f, rate at which an error decays [1/s].
+        dcm_gain: K_f, rate at which an error decays; as of `DcmTracking` if None [1/s].
         project_zmp: keep the ZMP inside the support polygon.
         double_support: fraction of a step for which both feet share the load.
         period: control period [s].
@@ -68,7 +67,7 @@ class FootholdTracking:
 
     robot: Robot
     footholds: Sequence[Foothold]
-    dcm_gain: float = DEFAULT_DCM_GAIN
+    dcm_gain: float | None = None
     project_zmp: bool = True
     double_support: float = 0.0
     period: float = 0.001
@@ -76,7 +75,8 @@ class FootholdTracking:
     parameters: NDArray[np.void] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        check_tracking(self.robot, self.dcm_gain, self.double_support, self.period)
+        gain = check_tracking(self.robot, self.dcm_gain, self.double_support, self.period)
+        object.__setattr__(self, "dcm_gain", gain)
         object.__setattr__(self, "footholds", tuple(self.footholds))
         check_footholds(self.footholds, self.robot, "footholds")
         object.__setattr__(self, "gait", nominal_gait(self.robot, (0.0, 0.0)))

@@ -26,7 +26,6 @@ from surefoot.control.cycle import (
     side_index,
 )
 from surefoot.control.dcm_tracking import (
-    DEFAULT_DCM_GAIN,
     check_tracking,
     first_plan,
     tracking_parameters,
@@ -142,7 +141,7 @@ class HybridController:
         robot: whose gait it is.
         velocity: commanded (v_x, v_y) [m/s].
         threshold: DCM error at which the step is decided anew [m]; 0 always, inf never.
-        dcm_gain: K_f, rate at which tracking removes an error [1/s].
+        dcm_gain: K_f, rate at which tracking removes an error; as of `DcmTracking` if None [1/s].
         project_zmp: keep the ZMP of tracking inside the foot.
         step_weight: (a1, a2) on the step vector [1/m^2].
         tau_weight: a3 on tau [-].
@@ -160,7 +159,7 @@ class HybridController:
     robot: Robot
     velocity: tuple[float, float]
     threshold: float = 0.025
-    dcm_gain: float = DEFAULT_DCM_GAIN
+    dcm_gain: float | None = None
     project_zmp: bool = True
     step_weight: tuple[float, float] = (1.0, 1.0)
     tau_weight: float = 1.0
@@ -173,7 +172,8 @@ class HybridController:
     parameters: NDArray[np.void] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        check_tracking(self.robot, self.dcm_gain, self.double_support, self.period)
+        gain = check_tracking(self.robot, self.dcm_gain, self.double_support, self.period)
+        object.__setattr__(self, "dcm_gain", gain)
         check_number("threshold", self.threshold, 0.0, "m", endless=True)
         check_pair("step_weight", self.step_weight, 0.0, "1/m^2")
         check_number("tau_weight", self.tau_weight, 0.0, "-")

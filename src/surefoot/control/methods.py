@@ -8,7 +8,7 @@ from typing import Any
 
 from surefoot.control.ankle_hip_step_mpc import AnkleHipStepMpc
 from surefoot.control.capture_point import CapturePointStepping
-from surefoot.control.dcm_tracking import DcmTracking
+from surefoot.control.dcm_tracking import DCM_GAIN, DcmTracking
 from surefoot.control.foot_placement_mpc import FootPlacementMpc
 from surefoot.control.hybrid import HybridController
 from surefoot.control.linear_mpc import LinearMpc
@@ -36,6 +36,7 @@ class Method:
         leans: whether it turns the trunk as a flywheel, which a body in physics has none of.
         slow: whether one decision takes milliseconds, so that it is compared only if asked for.
         parameters: that make this variant of the class.
+        rates: likewise those that go with the robot's omega [omega].
     """
 
     key: str
@@ -48,16 +49,21 @@ class Method:
     leans: bool = False
     slow: bool = False
     parameters: MappingProxyType[str, Any] = field(default_factory=lambda: MappingProxyType({}))
+    rates: MappingProxyType[str, float] = field(default_factory=lambda: MappingProxyType({}))
 
     def controller(
         self, robot: Robot, velocity: tuple[float, float], **parameters: Any
     ) -> Controller:
         """The controller of this method for a robot and a velocity [m/s].
 
+        A parameter that is None is as by default.
+
         Raises:
             SurefootError: its class refuses the arguments.
         """
-        return self.make(robot, velocity, **{**self.parameters, **parameters})
+        own = {name: rate * robot.omega for name, rate in self.rates.items()}
+        given = {name: value for name, value in parameters.items() if value is not None}
+        return self.make(robot, velocity, **{**self.parameters, **own, **given})
 
 
 METHODS = (
@@ -78,7 +84,7 @@ METHODS = (
         "ZMP",
         "steps as planned: neither where nor when it steps answers a push",
         fixed_steps=True,
-        parameters=MappingProxyType({"dcm_gain": 30.0}),
+        rates=MappingProxyType({"dcm_gain": 10.0 * DCM_GAIN}),
     ),
     Method(
         "preview-control",

@@ -1,6 +1,6 @@
 """ZMP preview control over given footsteps: [Kajita2003].
 
-The reference of the ZMP is the centre of each planned foot while it is to stand, known 1.6 s ahead.
+The reference of the ZMP is the centre of each planned foot while it is to stand, known long before.
 A linear quadratic regulator with an integrator drives the jerk of the CoM, see `preview_gains`; the
 state is measured in every cycle, and only the ZMP that this asks for is commanded:
 
@@ -16,6 +16,7 @@ footsteps, from the periodic state that is found when the controller is made.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cache
@@ -28,7 +29,6 @@ from surefoot.checks import check_number
 from surefoot.compiling import entry_point, njit
 from surefoot.control.cycle import command_swing, is_usable, side_index
 from surefoot.control.dcm_tracking import (
-    DEFAULT_DCM_GAIN,
     check_first,
     check_tracking,
     tracking_parameters,
@@ -47,6 +47,7 @@ from surefoot.control.tracking_law import hold
 from surefoot.errors import ParameterError
 from surefoot.models.footsteps import Side
 from surefoot.models.interfaces import OBSERVATION, Command, Mode, Observation, Status
+from surefoot.models.lipm import STANDARD_GRAVITY
 from surefoot.models.record import new_array
 from surefoot.models.robot import Robot
 from surefoot.planning.nominal_gait import NominalGait, nominal_gait
@@ -55,8 +56,15 @@ from surefoot.planning.preview_gains import preview_gains
 LONGEST_SETTLING = 400
 """Steps in which a gait becomes periodic, or never does."""
 
-SETTLED = 1e-13
-"""Change of the touchdown of a periodic gait from one step pair to the next [m]."""
+PAPER_OMEGA = math.sqrt(STANDARD_GRAVITY / 0.8)
+"""Of the paper's biped, on which the weights were chosen [1/s]."""
+
+INPUT_WEIGHT, LOOK_AHEAD = 1e-6 * PAPER_OMEGA**6, 1.6 * PAPER_OMEGA
+"""R omega^6 [1/m^2] and how far ahead the footsteps are known [1/omega], where neither is given."""
+
+SETTLED = 5e-13
+"""Change of the touchdown of a periodic gait from one step pair to the next, as a fraction of the
+width of a step."""
 
 _TRACKING_MODE = int(Mode.TRACKING)
 _ZMP_AT_EDGE = int(Status.ZMP_AT_EDGE)
@@ -167,7 +175,7 @@ def find_periodic_gait(parameters: NDArray[np.void], gait: NominalGait) -> None:
         landed = new_array(PREVIEW_PLAN)
         walk(parameters, plan, landed)
         parameters["start"][0, row] = plan[0]
-        if change < SETTLED:
+        if change < SETTLED * gait.hip:
             return
         plan = landed
     raise ParameterError(
@@ -187,8 +195,10 @@ class PreviewControl:
         error_weight: Q_e on the error of the ZMP [1/m^2].
         state_weight: the diagonal of Q_x, on the change in a sample of position, velocity and
             acceleration [1/m^2, s^2/m^2, s^4/m^2].
-        input_weight: R, on the change of the jerk in a sample [s^6/m^2].
-        preview: how far ahead the footsteps are known [s].
+        input_weight: R, on the change of the jerk in a sample; if None what goes with omega^-6,
+            1e-6 for the paper's biped [s^6/m^2].
+        preview: how far ahead the footsteps are known; if None what goes with 1 / omega, 1.6 for
+            the paper's biped, but no more than there is room for [s].
         step_duration: T_nom, chosen from the velocity if None [s].
         period: control period, and the sample time of the regulator [s].
 
@@ -201,17 +211,21 @@ class PreviewControl:
     velocity: tuple[float, float]
     error_weight: float = 1.0
     state_weight: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    input_weight: float = 1e-6
-    preview: float = 1.6
+    input_weight: float | None = None
+    preview: float | None = None
     step_duration: float | None = None
     period: float = 0.001
     gait: NominalGait = field(init=False, repr=False)
     parameters: NDArray[np.void] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        check_tracking(self.robot, DEFAULT_DCM_GAIN, 0.0, self.period)
+        check_tracking(self.robot, None, 0.0, self.period)
         check_number("error_weight", self.error_weight, 0.0, "1/m^2", above=True)
-        check_number("input_weight", self.input_weight, 0.0, "s^6/m^2", above=True)
+        omega = self.robot.omega
+        own = INPUT_WEIGHT / omega**6
+        input_weight = own if self.input_weight is None else self.input_weight
+        check_number("input_weight", input_weight, 0.0, "s^6/m^2", above=True)
+        object.__setattr__(self, "input_weight", input_weight)
         if not isinstance(self.state_weight, tuple) or len(self.state_weight) != 3:
             raise ParameterError(
                 "`state_weight` as (position, velocity, acceleration)",
@@ -220,19 +234,22 @@ class PreviewControl:
             )
         for weight, unit in zip(self.state_weight, ("1/m^2", "s^2/m^2", "s^4/m^2"), strict=True):
             check_number("state_weight", weight, 0.0, unit)
-        check_number("preview", self.preview, self.period, "s")
+        most = MOST_SAMPLES * self.period
+        preview = min(LOOK_AHEAD / omega, most) if self.preview is None else self.preview
+        check_number("preview", preview, self.period, "s")
+        object.__setattr__(self, "preview", preview)
         gait = nominal_gait(self.robot, self.velocity, self.step_duration)
         object.__setattr__(self, "gait", gait)
         object.__setattr__(self, "velocity", gait.velocity)
-        object.__setattr__(self, "parameters", self._parameters())
+        object.__setattr__(self, "parameters", self._parameters(preview, input_weight))
         _compiled()  # Now rather than in the first control cycle.
 
-    def _parameters(self) -> NDArray[np.void]:
-        samples = round(self.preview / self.period)
+    def _parameters(self, preview: float, input_weight: float) -> NDArray[np.void]:
+        samples = round(preview / self.period)
         if samples > MOST_SAMPLES:
             raise ParameterError(
                 f"a preview of at most {MOST_SAMPLES} periods",
-                f"{self.preview} s in periods of {self.period} s",
+                f"{preview} s in periods of {self.period} s",
                 "look less far ahead, or decide less often",
             )
         gains = preview_gains(
@@ -241,7 +258,7 @@ class PreviewControl:
             samples,
             self.error_weight,
             self.state_weight,
-            self.input_weight,
+            input_weight,
         )
         parameters, robot, gait = new_array(PREVIEW), self.robot, self.gait
         parameters["omega"], parameters["period"] = robot.omega, self.period
@@ -253,7 +270,7 @@ class PreviewControl:
         parameters["step_duration"] = gait.step_duration
         for side in Side:
             parameters["step"][0, side_index.py_func(side)] = gait.step(side)
-        tracking = tracking_parameters(robot, gait, DEFAULT_DCM_GAIN, True, 0.0, self.period)
+        tracking = tracking_parameters(robot, gait, None, True, 0.0, self.period)
         parameters["swing"] = tracking["swing"]
         find_periodic_gait(parameters, gait)
         return parameters

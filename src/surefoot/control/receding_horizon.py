@@ -20,7 +20,6 @@ from numpy.typing import NDArray
 from surefoot.checks import check_number, optional_module
 from surefoot.control.cycle import side_index
 from surefoot.control.dcm_tracking import (
-    DEFAULT_DCM_GAIN,
     check_tracking,
     first_plan,
     tracking_parameters,
@@ -77,7 +76,7 @@ def check_receding(
         ParameterError: a number is out of range.
         MissingExtraError: DAQP is not installed.
     """
-    check_tracking(robot, DEFAULT_DCM_GAIN, 0.0, period)
+    check_tracking(robot, None, 0.0, period)
     check_number("sample", sample, 0.0, "s", above=True)
     check_number("solve_period", solve_period, period, "s")
     if isinstance(samples, bool) or not isinstance(samples, int) or samples < 1:
@@ -116,7 +115,7 @@ def receding_parameters(
 ) -> NDArray[np.void]:
     """The `MPC` record of a robot and a gait with fixed steps and no trunk, shape (1,)."""
     parameters = new_array(MPC)
-    parameters["tracking"] = tracking_parameters(robot, gait, DEFAULT_DCM_GAIN, True, 0.0, period)
+    parameters["tracking"] = tracking_parameters(robot, gait, None, True, 0.0, period)
     for side in Side:
         row = side_index.py_func(side)
         parameters["nominal_step"][0, row] = gait.step(side)

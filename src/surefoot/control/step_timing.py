@@ -22,7 +22,6 @@ from numpy.typing import NDArray
 from surefoot.checks import check_number, check_pair
 from surefoot.control.cycle import side_index
 from surefoot.control.dcm_tracking import (
-    DEFAULT_DCM_GAIN,
     check_tracking,
     first_plan,
     tracking_parameters,
@@ -73,7 +72,7 @@ class StepTiming:
     parameters: NDArray[np.void] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        check_tracking(self.robot, DEFAULT_DCM_GAIN, 0.0, self.period)
+        check_tracking(self.robot, None, 0.0, self.period)
         check_pair("step_weight", self.step_weight, 0.0, "1/m^2")
         check_number("tau_weight", self.tau_weight, 0.0, "-")
         check_pair("offset_weight", self.offset_weight, 0.0, "1/m^2")
@@ -82,9 +81,7 @@ class StepTiming:
         object.__setattr__(self, "gait", gait)
         object.__setattr__(self, "velocity", gait.velocity)
         parameters = new_array(HYBRID)
-        parameters["tracking"] = tracking_parameters(
-            self.robot, gait, DEFAULT_DCM_GAIN, True, 0.0, self.period
-        )
+        parameters["tracking"] = tracking_parameters(self.robot, gait, None, True, 0.0, self.period)
         # The hybrid cycle that decides the step from no error on: its tracking never has its turn.
         parameters["threshold"] = 0.0
         for side in Side:

@@ -21,7 +21,6 @@ from surefoot.checks import check_number, check_pair
 from surefoot.compiling import entry_point, njit
 from surefoot.control.cycle import command_swing, growth_since_touchdown, is_usable
 from surefoot.control.dcm_tracking import (
-    DEFAULT_DCM_GAIN,
     check_tracking,
     first_plan,
     tracking_parameters,
@@ -213,7 +212,7 @@ class TimingNlp:
         horizon: N, how many steps are decided together.
         threshold: DCM error at which the steps are decided anew [m]; 0 always, inf never.
         solve_period: time between two decisions [s].
-        dcm_gain: K_f, rate at which tracking removes an error [1/s].
+        dcm_gain: K_f, rate at which tracking removes an error; as of `DcmTracking` if None [1/s].
         project_zmp: keep the ZMP of tracking inside the foot.
         zmp_share: how much of the sole the ZMP of a decision may use, 0 for a point foot [-].
         step_weight: on every step vector (x, y) [1/m^2].
@@ -237,7 +236,7 @@ class TimingNlp:
     horizon: int = 3
     threshold: float = 0.025
     solve_period: float = 0.01
-    dcm_gain: float = DEFAULT_DCM_GAIN
+    dcm_gain: float | None = None
     project_zmp: bool = True
     zmp_share: float = 1.0
     step_weight: tuple[float, float] = (1.0, 1.0)
@@ -254,7 +253,8 @@ class TimingNlp:
     sequence: StepSequence = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        check_tracking(self.robot, self.dcm_gain, 0.0, self.period)
+        gain = check_tracking(self.robot, self.dcm_gain, 0.0, self.period)
+        object.__setattr__(self, "dcm_gain", gain)
         self._check_decision()
         gait = nominal_gait(self.robot, self.velocity, self.step_duration)
         object.__setattr__(self, "gait", gait)

@@ -21,7 +21,6 @@ from surefoot.checks import check_number, check_pair
 from surefoot.compiling import entry_point, njit
 from surefoot.control.cycle import command_swing, growth_since_touchdown, is_usable
 from surefoot.control.dcm_tracking import (
-    DEFAULT_DCM_GAIN,
     check_tracking,
     first_plan,
     tracking_parameters,
@@ -117,7 +116,7 @@ class UnifiedController:
         horizon: h, how much longer a push may go on that is observed; 0 for none [s].
         reserve: rho, distance kept from what cannot be saved [m]; less if the gait is closer.
         comfort: DCM error that the ZMP alone answers, while nothing is in danger [m].
-        dcm_gain: K_f, rate at which the ZMP removes an error [1/s].
+        dcm_gain: K_f, rate at which the ZMP removes an error; as of `DcmTracking` if None [1/s].
         step_weight: (a1, a2) on the step vector [1/m^2].
         tau_weight: a3 on tau [-].
         offset_weight: (a4, a5) on the error at landing that neither ZMP nor comfort takes [1/m^2].
@@ -140,7 +139,7 @@ class UnifiedController:
     horizon: float = 1.0
     reserve: float = 0.02
     comfort: float = 0.024
-    dcm_gain: float = DEFAULT_DCM_GAIN
+    dcm_gain: float | None = None
     step_weight: tuple[float, float] = (1.0, 1.0)
     tau_weight: float = 1.0
     offset_weight: tuple[float, float] = (1000.0, 1000.0)
@@ -151,7 +150,8 @@ class UnifiedController:
     parameters: NDArray[np.void] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        check_tracking(self.robot, self.dcm_gain, 0.0, self.period)
+        gain = check_tracking(self.robot, self.dcm_gain, 0.0, self.period)
+        object.__setattr__(self, "dcm_gain", gain)
         for name, unit in (("horizon", "s"), ("reserve", "m"), ("comfort", "m")):
             check_number(name, getattr(self, name), 0.0, unit)
         check_number("tau_weight", self.tau_weight, 0.0, "-", above=True)
@@ -165,7 +165,7 @@ class UnifiedController:
         parameters["tracking"] = tracking_parameters(
             self.robot, gait, self.dcm_gain, self.ankle, 0.0, self.period
         )
-        parameters["landing"] = self._landing()
+        parameters["landing"] = self._landing(gain)
         parameters["anticipation"] = -math.expm1(-self.robot.omega * self.horizon)
         parameters["observing"] = observing(self.robot.omega, self.period)
         parameters["commitment"] = self._commitment()
@@ -197,12 +197,12 @@ class UnifiedController:
         free = math.isinf(self.robot.swing.max_acceleration)
         return max(0.003 if free else 0.01, 3.0 * self.period)
 
-    def _landing(self) -> NDArray[np.void]:
+    def _landing(self, dcm_gain: float) -> NDArray[np.void]:
         """The `LANDING` record.
 
         What comfort leaves to the next step is no more than the ZMP can take up in one.
         """
-        gain = 1.0 + self.dcm_gain / self.robot.omega
+        gain = 1.0 + dcm_gain / self.robot.omega
         reach = np.array(self.robot.foot.half) if self.ankle else np.zeros(2)
         taken = -math.expm1(-self.robot.omega * self.gait.step_duration)
         return landing_parameters(

@@ -33,8 +33,9 @@ NEWTON_STEPS = 4
 MAX_ITERATIONS = NEWTON_STEPS + 8 + 2
 """No solve evaluates the derivative more often: Newton, eight kinks, and the last piece twice."""
 
-VIOLATION_TOLERANCE = 1e-6
-"""A larger violation of the soft offset bounds is reported in the status [m]."""
+VIOLATION_TOLERANCE = 2e-6
+"""A larger violation of the soft offset bounds, as a part of the longest step that the box has, is
+reported in the status."""
 
 _LEAST_WEIGHT = 1e-16
 """Relative floor of the weights: where the problem has many solutions, the nearest to nominal."""
@@ -266,7 +267,8 @@ def solve_step_record(problem, growth_x, growth_y, tau_now, solution):
         max(problem.offset_min[0] - d_x, d_x - problem.offset_max[0]),
         max(problem.offset_min[1] - d_y, d_y - problem.offset_max[1]),
     )
-    if violation > VIOLATION_TOLERANCE:
+    longest = max(max(-x_low, x_high), max(-y_low, y_high))
+    if violation > VIOLATION_TOLERANCE * longest:
         status |= _OFFSET_VIOLATED
     solution.step[0], solution.step[1], solution.tau = x, y, tau
     solution.offset[0], solution.offset[1] = d_x, d_y
