@@ -89,10 +89,14 @@ def preview_gains(
     Raises:
         ParameterError: rounding leaves no stable gains of these weights.
     """
-    a, b = error_system(omega, sample_time)
-    q = np.diag((error_weight, *state_weight))
-    p = _riccati(a, b, q, input_weight)
-    inverse = 1.0 / (input_weight + (b.T @ p @ b).item())
+    # In units of 1 / omega, where the numbers are alike for pendulums of every size.
+    rates = omega ** np.arange(3)
+    weights = (error_weight, *(rates**2 * state_weight))
+    own_input = input_weight * omega**6
+    a, b = error_system(1.0, omega * sample_time)
+    q = np.diag(weights)
+    p = _riccati(a, b, q, own_input)
+    inverse = 1.0 / (own_input + (b.T @ p @ b).item())
     gain = inverse * (b.T @ p @ a)
     closed = a - b @ gain
     if not (np.isfinite(closed).all() and np.abs(np.linalg.eigvals(closed)).max() < 1.0):
@@ -105,7 +109,13 @@ def preview_gains(
     for k in range(samples):
         preview[k] = inverse * (b[:, 0] @ costate)
         costate = closed.T @ costate
-    return PreviewGains(float(gain[0, 0]), gain[0, 1:], preview, p)
+    third, units = omega**3, np.concatenate(([1.0], 1.0 / rates))
+    return PreviewGains(
+        third * float(gain[0, 0]),
+        third / rates * gain[0, 1:],
+        third * preview,
+        units[:, np.newaxis] * p * units,
+    )
 
 
 def _riccati(
