@@ -15,6 +15,7 @@ import quadprog
 
 from surefoot.models.record import new_array
 from surefoot.models.robot import Robot
+from surefoot.planning.anticipation import anticipate
 from surefoot.planning.landing_problem import LANDING, SITUATION, landing_parameters
 
 SETTLED = 1e-10
@@ -110,7 +111,7 @@ def tangent_of_reach(program, p, s, omega, axis, tau):
 
 def pieces_near(p, axis, place):
     """The pieces of Z around a place, for both sides."""
-    last = p["concave_worth"].shape[2] - 2
+    last = p["worth"].shape[2] - 2
     cell = int((place - p["step_min"][axis]) / p["spacing"][axis])
     for node in (cell - 1, cell, cell + 1):
         for k in range(2):
@@ -120,19 +121,17 @@ def pieces_near(p, axis, place):
 def tangent_of_worth(program, p, s, shrink, axis, k, node):
     """v of one side with one piece of Z, as a lower bound on both of its variables."""
     spacing, start = float(p["spacing"][axis]), float(p["step_min"][axis])
-    table = p["concave_worth"][axis, k]
+    table = p["worth"][axis, k]
     sign = 1.0 - 2.0 * k
-    reach, gentle = float(p["zmp_reach"][axis]), float(p["gentle_zmp"][axis])
+    reach = float(p["zmp_reach"][axis])
     slope = (table[node + 1] - table[node]) / spacing
     level = table[node] - slope * (start + node * spacing)
-    # v = (sign e' - c) k - sign X - (level + slope X)
-    tau = (sign * float(s["anticipated"][axis]) - reach) * shrink
-    program.at_most({TAU: tau, X[axis]: -sign - slope, LOST[axis][k]: -1.0}, level)
-    spare = reach - gentle
-    program.at_most(
-        {TAU: tau + spare * shrink, X[axis]: -sign - slope, SHORT[axis][k]: -1.0},
-        level - float(p["reserve"][axis]) + spare,
-    )
+    # v = (sign a - c) k + sign b - sign X - (level + slope X)
+    tau = (sign * float(s["rate"][axis, k]) - reach) * shrink
+    shift = sign * float(s["shift"][axis, k])
+    rows = {TAU: tau, X[axis]: -sign - slope}
+    program.at_most({**rows, LOST[axis][k]: -1.0}, level - shift)
+    program.at_most({**rows, SHORT[axis][k]: -1.0}, level - shift - float(p["reserve"][axis]))
 
 
 def quadratic_program(program, weight, center, low, high):
@@ -158,21 +157,24 @@ def quadratic_program(program, weight, center, low, high):
 def cost(parameters: np.ndarray, situation: np.ndarray, place: np.ndarray, tau: float) -> float:
     """The cost as it is written in `planning.landing_problem`."""
     p, s = parameters[0], situation[0]
-    k = tau * math.exp(-float(p["omega"]) * float(s["elapsed"]))
     total = 0.5 * p["tau_weight"] * (tau - s["tau_ref"]) ** 2
-    for i in range(2):
-        nodes = p["step_min"][i] + p["spacing"][i] * np.arange(p["concave_worth"].shape[2])
-        error = abs(s["offset"][i] * k - s["offset_ref"][i] - place[i])
-        error -= p["gentle_zmp"][i] * (k - 1.0) + p["gentle_offset"][i]
-        total += 0.5 * p["step_weight"][i] * (place[i] - s["step_ref"][i]) ** 2
-        total += 0.5 * p["offset_weight"][i] * max(error, 0.0) ** 2
-        for row, sign in enumerate((1.0, -1.0)):
-            worth = np.interp(place[i], nodes, p["concave_worth"][i, row])
-            v = (sign * s["anticipated"][i] - p["zmp_reach"][i]) * k - sign * place[i] - worth
-            spare = (p["zmp_reach"][i] - p["gentle_zmp"][i]) * (k - 1.0)
-            total += 0.5 * p["lost_weight"] * max(v, 0.0) ** 2
-            total += 0.5 * p["reserve_weight"] * max(v + spare + p["reserve"][i], 0.0) ** 2
-    return float(total)
+    return float(total + sum(axis_cost(p, s, i, place[i], tau) for i in range(2)))
+
+
+def axis_cost(p: np.void, s: np.void, i: int, place, tau: float):
+    """The part of one axis, of a place or of many."""
+    k = tau * math.exp(-float(p["omega"]) * float(s["elapsed"]))
+    nodes = p["step_min"][i] + p["spacing"][i] * np.arange(p["worth"].shape[2])
+    error = np.abs(s["offset"][i] * k - s["offset_ref"][i] - place)
+    error = error - p["gentle_zmp"][i] * (k - 1.0) - p["gentle_offset"][i]
+    total = 0.5 * p["step_weight"][i] * (place - s["step_ref"][i]) ** 2
+    total = total + 0.5 * p["offset_weight"][i] * np.maximum(error, 0.0) ** 2
+    for row, sign in enumerate((1.0, -1.0)):
+        v = (sign * s["rate"][i, row] - p["zmp_reach"][i]) * k + sign * s["shift"][i, row]
+        v = v - sign * place - np.interp(place, nodes, p["worth"][i, row])
+        total = total + 0.5 * p["lost_weight"] * np.maximum(v, 0.0) ** 2
+        total = total + 0.5 * p["reserve_weight"] * np.maximum(v + p["reserve"][i], 0.0) ** 2
+    return total
 
 
 def random_parameters(robot: Robot, rng: np.random.Generator) -> np.ndarray:
@@ -181,7 +183,11 @@ def random_parameters(robot: Robot, rng: np.random.Generator) -> np.ndarray:
     reach = np.array(robot.foot.half) if ankle else np.zeros(2)
     gentle = np.minimum(reach, 0.045)
     left = np.minimum(0.024, 0.8 * reach)
-    return landing_parameters(robot, tuple(reach), tuple(gentle), tuple(left))
+    return landing_parameters(
+        robot, tuple(reach), tuple(gentle), tuple(left),
+        room=float(rng.uniform(0.05, 0.3)), tau_ref=float(rng.uniform(3.0, 10.0)),
+        reserve=0.02, commitment=float(rng.choice((0.0, 0.003))),
+    )  # fmt: skip
 
 
 def random_situation(parameters: np.ndarray, rng: np.random.Generator) -> np.ndarray:
@@ -203,8 +209,28 @@ def random_situation(parameters: np.ndarray, rng: np.random.Generator) -> np.nda
     size = float(rng.choice([0.0, 0.02, 0.2, 0.5]))
     s["offset"] = (s["step_ref"] + s["offset_ref"]) / s["tau_ref"] * math.exp(omega * elapsed)
     s["offset"] += size * rng.standard_normal(2)
-    s["anticipated"] = s["offset"] + rng.choice([0.0, 0.1, 0.4]) * rng.standard_normal(2)
+    s["force"] = rng.choice([0.0, 0.1, 0.4]) * rng.standard_normal(2)
+    anticipate(p, s, *(rng.uniform(0.0, 1.0) * s["force"]))
     return situation
 
 
-__all__ = ["LANDING", "cost", "random_parameters", "random_situation", "solve"]
+def least_cost(parameters: np.ndarray, situation: np.ndarray) -> float:
+    """The least cost of a fine grid of landings and times, for tables that are not concave."""
+    p, s = parameters[0], situation[0]
+    omega, speed = float(p["omega"]), float(p["max_speed"])
+    best = math.inf
+    for tau in np.geomspace(*bounds(s), 241):
+        left = math.log(tau) / omega - float(s["elapsed"])
+        total = 0.0
+        for i in range(2):
+            low, high = float(p["step_min"][i]), float(p["step_max"][i])
+            if math.isfinite(speed):
+                low = max(low, float(s["foot"][i]) - speed * left)
+                high = min(high, float(s["foot"][i]) + speed * left)
+            places = np.linspace(low, high, 401)
+            total += axis_cost(p, s, i, places, tau).min()
+        best = min(best, 0.5 * p["tau_weight"] * (tau - s["tau_ref"]) ** 2 + total)
+    return best
+
+
+__all__ = ["LANDING", "cost", "least_cost", "random_parameters", "random_situation", "solve"]

@@ -40,10 +40,18 @@ from surefoot.models.interfaces import OBSERVATION, Command, Observation
 from surefoot.models.leg import time_to
 from surefoot.models.record import copy_array, new_array
 from surefoot.models.robot import Robot
-from surefoot.planning.anticipation import margin
+from surefoot.planning.anticipation import keep_way_back, margin
 from surefoot.planning.landing import decide_landing
 from surefoot.planning.landing_problem import DECISION, Decision, landing_parameters
 from surefoot.planning.nominal_gait import NominalGait, gait_room, nominal_gait
+
+
+RESERVE, COMFORT = 0.025, 0.03
+"""Default reserve and comfort, as fractions of the height of the CoM."""
+
+COMMITMENT = 2.0
+"""How many control periods before a landing it cannot be brought forward any more: what a push does
+shows after two."""
 
 
 @njit
@@ -70,6 +78,8 @@ def unified_cycle(parameters, state, observation, next_state):
     assess(parameters, observation, plan, last_duration, observer.force, situation, decision)
     guess = situation.tau_ref if new_step else state.decision.tau
     decide_landing(landing, situation, guess, decision)
+    if landing.max_speed < math.inf or landing.max_acceleration < math.inf:
+        keep_way_back(landing, situation, decision)
     command_landing(landing, observation, plan, decision, command)
     place_zmp(parameters, observation, situation, decision, command)
     remember(observation, command.zmp, observer)
@@ -136,13 +146,13 @@ class UnifiedController:
     robot: Robot
     velocity: tuple[float, float]
     ankle: bool = True
-    horizon: float = 1.0
-    reserve: float = 0.02
-    comfort: float = 0.024
+    horizon: float = math.inf
+    reserve: float | None = None
+    comfort: float | None = None
     dcm_gain: float | None = None
-    step_weight: tuple[float, float] = (1.0, 1.0)
-    tau_weight: float = 1.0
-    offset_weight: tuple[float, float] = (1000.0, 1000.0)
+    step_weight: tuple[float, float] = (1e-3, 1e-3)
+    tau_weight: float = 0.1
+    offset_weight: tuple[float, float] = (1.0, 1.0)
     commitment: float | None = None
     step_duration: float | None = None
     period: float = 0.001
@@ -152,8 +162,11 @@ class UnifiedController:
     def __post_init__(self) -> None:
         gain = check_tracking(self.robot, self.dcm_gain, 0.0, self.period)
         object.__setattr__(self, "dcm_gain", gain)
-        for name, unit in (("horizon", "s"), ("reserve", "m"), ("comfort", "m")):
-            check_number(name, getattr(self, name), 0.0, unit)
+        check_number("horizon", self.horizon, 0.0, "s", endless=True)
+        for name, share in (("reserve", RESERVE), ("comfort", COMFORT)):
+            if getattr(self, name) is None:
+                object.__setattr__(self, name, share * self.robot.com_height)
+            check_number(name, getattr(self, name), 0.0, "m")
         check_number("tau_weight", self.tau_weight, 0.0, "-", above=True)
         check_pair("step_weight", self.step_weight, 0.0, "1/m^2")
         check_pair("offset_weight", self.offset_weight, 0.0, "1/m^2")
@@ -194,8 +207,7 @@ class UnifiedController:
         if self.commitment is not None:
             check_number("commitment", self.commitment, 0.0, "s")
             return self.commitment
-        free = math.isinf(self.robot.swing.max_acceleration)
-        return max(0.003 if free else 0.01, 3.0 * self.period)
+        return COMMITMENT * self.period
 
     def _landing(self, dcm_gain: float) -> NDArray[np.void]:
         """The `LANDING` record.
@@ -210,11 +222,13 @@ class UnifiedController:
             reach,
             np.minimum(reach, gain * self.comfort),
             np.minimum(self.comfort, taken * reach),
+            room=gait_room(self.robot, self.gait, (reach[0], reach[1])),
+            tau_ref=self.gait.growth,
             step_weight=self.step_weight,
             tau_weight=self.tau_weight,
             offset_weight=self.offset_weight,
             reserve=self.reserve,
-            room=gait_room(self.robot, self.gait, (reach[0], reach[1])),
+            commitment=self._commitment(),
         )
 
     @property

@@ -14,8 +14,8 @@ from surefoot.control.cycle import LARGEST_EXPONENT
 from surefoot.control.push_observer import OBSERVING, PUSH_OBSERVER
 from surefoot.control.tracking_law import PLAN, TRACKING
 from surefoot.models.interfaces import COMMAND, Mode, Status
-from surefoot.planning.anticipation import saved_share
-from surefoot.planning.landing_place import excess_at, soft_error
+from surefoot.planning.anticipation import anticipate, corner_time, saved_share, worth_after
+from surefoot.planning.landing_place import soft_error
 from surefoot.planning.landing_problem import DECISION, LANDING, SITUATION, Limit
 from surefoot.planning.support_polygon import nearest_under_foot
 
@@ -42,7 +42,8 @@ UNIFIED_STATE = np.dtype(
 )
 
 MOVED = 1e-6
-"""A landing that differs from the plan by less is the planned one [m, s]."""
+"""A landing that differs from the plan by less than this part of the step box, or of the planned
+duration, is the planned one."""
 
 _ZMP = (int(Limit.ZMP_X), int(Limit.ZMP_Y))
 _LOST = int(Limit.LOST)
@@ -78,15 +79,23 @@ def assess(parameters, observation, plan, last_duration, force, situation, decis
         decision.force[i] = force[i]
     soonest = max(landing.shortest, elapsed, min(last_duration, elapsed + parameters.commitment))
     latest = max(landing.longest, soonest)
+    for i in range(2):
+        # A foot beside the step box has to be back in it.
+        low, high = landing.step_min[i], landing.step_max[i]
+        if not low <= situation.foot[i] <= high:
+            edge = low if situation.foot[i] < low else high
+            back = elapsed + corner_time(landing, situation, i, edge)
+            soonest = min(max(soonest, back), latest)
     situation.elapsed, situation.tau_ref = elapsed, plan.growth
     situation.tau_min, situation.tau_max = math.exp(omega * soonest), math.exp(omega * latest)
     situation.earliest, situation.latest = soonest - elapsed, latest - elapsed
-    push_x = mirror(observation.support_side, 0) * force[0] * parameters.anticipation
-    push_y = mirror(observation.support_side, 1) * force[1] * parameters.anticipation
+    for i in range(2):
+        situation.force[i] = mirror(observation.support_side, i) * force[i]
+    push_x = situation.force[0] * parameters.anticipation
+    push_y = situation.force[1] * parameters.anticipation
     share = saved_share(landing, situation, push_x, push_y)
     decision.share = share
-    situation.anticipated[0] = situation.offset[0] + share * push_x
-    situation.anticipated[1] = situation.offset[1] + share * push_y
+    anticipate(landing, situation, share * push_x, share * push_y)
 
 
 @njit(forceinline=True)
@@ -96,9 +105,14 @@ def needed_zmp(landing, situation, axis, growth, place):
     For a ZMP at u until the landing, v = e' k - u (k - 1) - c - X - Z along the axis.
     """
     reach, take = landing.zmp_reach[axis], growth - 1.0
-    over, under = excess_at(landing, situation, axis, growth, place)
+    offset = situation.anticipated[axis]
+    along, _ = worth_after(landing.worth, landing, axis, 0, place)
+    against, _ = worth_after(landing.worth, landing, axis, 1, place)
+    # A ZMP can be taken back, so it is only asked what the push may do if it goes on.
+    over = (offset - reach) * growth - place - along
+    under = -(offset + reach) * growth + place - against
     low, high = -reach, reach
-    # `excess_at` has the ZMP at the edge: what it leaves of the reserve need not be taken.
+    # There the ZMP is at the edge: what that leaves of the reserve need not be taken.
     room = -(over + landing.reserve[axis])
     if room < 2.0 * reach * take:
         low = reach if room <= 0.0 else reach - room / take
@@ -159,10 +173,11 @@ def command_landing(landing, observation, plan, decision, command):
     duration = plan.step_duration
     if decision.tau != plan.growth:
         duration = max(math.log(decision.tau) / landing.omega, observation.elapsed)
-    adapted = abs(duration - plan.step_duration) > MOVED
+    adapted = abs(duration - plan.step_duration) > MOVED * plan.step_duration
     for i in range(2):
         step = mirror(observation.support_side, i) * decision.step[i]
-        adapted = adapted or abs(step - plan.step[i]) > MOVED
+        box = landing.step_max[i] - landing.step_min[i]
+        adapted = adapted or abs(step - plan.step[i]) > MOVED * box
         command.step_location[i] = observation.support_foot[i] + step
     command.step_duration = duration
     if adapted:

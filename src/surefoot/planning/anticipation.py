@@ -25,11 +25,20 @@ ROUNDS = 10
 MARGIN_ROUNDS = 20
 """The same for the margin, which is published: 1e-4 of a part."""
 
+ROUNDS_BACK = 5
+"""For the way back of a foot, which is only a matter of how far it goes ahead."""
+
 ROUNDS_ALONE = 6
 """Of the search for the time at which one axis lands, from piece to piece."""
 
-MOMENT = 1e-6
-"""Shorter times make no difference [s]."""
+EDGE = 1e-9
+"""A foot that is this part of the step box beside it is at its edge."""
+
+BISECTIONS = 14
+"""Of the step box, for the place from which the robot can still turn back."""
+
+MOMENT = 4e-6
+"""Shorter times make no difference [1/omega]."""
 
 
 @njit(forceinline=True)
@@ -50,15 +59,16 @@ def reach(landing, situation, axis, time):
         low_rate = min(speed, acceleration * time - velocity)
         high_rate = min(speed, acceleration * time + velocity)
     low_end, high_end = landing.step_min[axis], landing.step_max[axis]
-    if low > high_end:
+    rounding = EDGE * (high_end - low_end)
+    if low > high_end + rounding:
         return low, low, -low_rate, -low_rate
-    if high < low_end:
+    if high < low_end - rounding:
         return high, high, high_rate, high_rate
     if low <= low_end:
         low, low_rate = low_end, 0.0
     if high >= high_end:
         high, high_rate = high_end, 0.0
-    return low, high, -low_rate, high_rate
+    return min(low, high_end), max(high, low_end), -low_rate, high_rate
 
 
 @njit(forceinline=True)
@@ -86,42 +96,142 @@ def worth_of(landing, situation, axis, sign, time):
     return shrink * (sign * place + after), shrink * (sign + slope) * rate
 
 
-@njit
-def best_worth(landing, situation, axis, sign, earliest, latest):
-    """The same for the best time of landing, of a leg without a limit of acceleration [m].
+@njit(forceinline=True)
+def corner_time(landing, situation, axis, end):
+    """When the foot just reaches an end of the step box, from now [s]; there is a kink."""
+    away, velocity = end - situation.foot[axis], situation.foot_velocity[axis]
+    side = math.copysign(1.0, away)
+    return time_to(abs(away), side * velocity, landing.max_speed, landing.max_acceleration)
 
-    Once the foot is at the end of the box, waiting only costs. Before, the worth is linear in time
-    but for its decay, piece by piece, and largest where it is its growth over omega.
+
+@njit
+def best_landing(landing, situation, axis, sign, rounds):
+    """The landing that saves the largest displacement along `sign`, whatever the other axis does.
+
+    Without a limit of acceleration the worth is linear in time but for its decay, piece by piece,
+    and largest where it is its growth over omega; once the foot is at the end of the box, waiting
+    only costs. Otherwise the best of some times is refined by golden section.
+
+    Args:
+        rounds: of the golden section.
+
+    Returns:
+        The displacement that can be saved, beyond the offset and with the ZMP at its edge [m]; and
+        the time from now [s].
     """
+    earliest, latest = situation.earliest, situation.latest
     end = landing.step_max[axis] if sign > 0.0 else landing.step_min[axis]
-    away = sign * (end - situation.foot[axis])
-    there = time_to(away, 0.0, landing.max_speed, math.inf)
-    best, _ = worth_of(landing, situation, axis, sign, latest)
-    time = last = min(max(there, earliest), latest)
-    for k in range(ROUNDS_ALONE):
-        # Just before the foot is there, for the growth it had.
-        before = max(time - MOMENT, earliest) if k == 0 else time
-        worth, growth = worth_of(landing, situation, axis, sign, before)
-        best = max(best, worth)
-        if growth <= 0.0:
-            break
-        time = min(max(before + 1.0 / landing.omega - worth / growth, earliest), last)
-        if abs(time - before) <= 2.0 * MOMENT:
-            break
-    return max(best, worth_of(landing, situation, axis, sign, time)[0])
+    there = corner_time(landing, situation, axis, end)
+    best, when = worth_of(landing, situation, axis, sign, latest)[0], latest
+    if landing.max_acceleration == math.inf:
+        time = last = min(max(there, earliest), latest)
+        for k in range(ROUNDS_ALONE):
+            # Just before the foot is there, for the growth it had.
+            before = max(time - MOMENT / landing.omega, earliest) if k == 0 else time
+            worth, growth = worth_of(landing, situation, axis, sign, before)
+            if worth > best:
+                best, when = worth, before
+            if growth <= 0.0:
+                break
+            time = min(max(before + 1.0 / landing.omega - worth / growth, earliest), last)
+            if abs(time - before) <= 2.0 * MOMENT / landing.omega:
+                break
+        worth = worth_of(landing, situation, axis, sign, time)[0]
+        if worth > best:
+            best, when = worth, time
+    else:
+        length = latest - earliest
+        for k in range(PARTS + 1):
+            time = earliest + length * (k / PARTS) ** 2 if k < PARTS else there
+            if not earliest <= time <= latest:
+                continue
+            worth = worth_of(landing, situation, axis, sign, time)[0]
+            if worth > best:
+                best, when = worth, time
+        part = PARTS * math.sqrt(max(when - earliest, 0.0) / length) if length > 0.0 else 0.0
+        low = earliest + length * (max(math.ceil(part) - 1, 0) / PARTS) ** 2
+        high = earliest + length * (min(math.floor(part) + 1, PARTS) / PARTS) ** 2
+        for _ in range(rounds):
+            left, right = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
+            at_left = worth_of(landing, situation, axis, sign, left)[0]
+            at_right = worth_of(landing, situation, axis, sign, right)[0]
+            if max(at_left, at_right) > best:
+                best, when = max(at_left, at_right), left if at_left > at_right else right
+            if at_left < at_right:
+                low = left
+            else:
+                high = right
+    return best + landing.zmp_reach[axis] - sign * situation.offset[axis], when
+
+
+@njit(forceinline=True)
+def way_back(landing, situation, axis, sign, growth):
+    """How far a landing may be along `sign`, less Z against it, for the DCM not to be left behind.
+
+    The push goes on until the landing cannot be taken back any more, and ends then [m].
+    """
+    offset, force = situation.offset[axis], situation.force[axis]
+    offset = offset * growth + force * (growth - landing.commitment)
+    return sign * offset + landing.zmp_reach[axis] * growth
+
+
+@njit(forceinline=True)
+def returning_place(landing, axis, sign, allowed, low, high):
+    """The landing furthest along `sign` after which the robot is saved if the push ends.
+
+    sign X - Z_against(X) <= allowed is monotone in the place, and so found by bisection.
+
+    Args:
+        allowed: of `way_back` [m].
+        low, high: the interval of landings [m].
+
+    Returns:
+        The place, the end of the interval that is behind if there is none [m]; and how far this is
+        inside what is allowed, negative if there is none [m].
+    """
+    row, near, far = (1, low, high) if sign > 0.0 else (0, high, low)
+    left = allowed - sign * far + worth_after(landing.worth, landing, axis, row, far)[0]
+    if left >= 0.0:
+        return far, left
+    left = allowed - sign * near + worth_after(landing.worth, landing, axis, row, near)[0]
+    if left < 0.0:
+        return near, left
+    first, last = near, far
+    for _ in range(BISECTIONS):
+        middle = 0.5 * (first + last)
+        if sign * middle - worth_after(landing.worth, landing, axis, row, middle)[0] <= allowed:
+            first = middle
+        else:
+            last = middle
+    return first, 0.0
 
 
 @njit
 def share_at(landing, situation, push_x, push_y, time):
-    """The multiple of a displacement that both axes save, if they land after this time."""
+    """The multiple of a displacement that both axes save, if they land after this time.
+
+    A landing that the push would call for counts only as far as it also saves the robot if the push
+    ends, see `way_back`. An axis that is not pushed has to keep its reserve: what it lacks of that
+    counts as what is lacking of the push.
+    """
     least = math.inf
+    growth = math.exp(landing.omega * time)
     for axis in range(2):
         push = push_x if axis == 0 else push_y
+        low, high, _, _ = reach(landing, situation, axis, time)
+        sign = -1.0 if push < 0.0 else 1.0
+        allowed = way_back(landing, situation, axis, sign, growth)
+        place, left = returning_place(landing, axis, sign, allowed, low, high)
+        value, _ = worth_after(landing.worth, landing, axis, 0 if sign > 0.0 else 1, place)
+        room = (sign * place + value) / growth + landing.zmp_reach[axis]
+        room -= sign * situation.offset[axis]
+        if left < 0.0 or (push == 0.0 and room < 0.0):
+            return -math.inf
         if push != 0.0:
-            sign = math.copysign(1.0, push)
-            worth, _ = worth_of(landing, situation, axis, sign, time)
-            room = worth + landing.zmp_reach[axis] - sign * situation.offset[axis]
             least = min(least, room / abs(push))
+        elif landing.reserve[axis] > 0.0:
+            room *= growth
+            least = min(least, min(room, 0.5 * (room + left)) / landing.reserve[axis])
     return least
 
 
@@ -130,19 +240,31 @@ def most_saved(landing, situation, push_x, push_y, earliest, latest, enough, rou
     """The largest `share_at` of all times; the search ends at one that is enough.
 
     The axes land together, so it is the time that is best for the worse one. Of evenly growing
-    samples the best is refined by golden section.
+    samples, and the times at which the leg just reaches an end of the box, the best is refined by
+    golden section.
     """
-    best, place = -math.inf, 0
+    best, where = -math.inf, earliest
     length = latest - earliest
-    for k in range(PARTS + 1):
-        time = earliest + length * (k / PARTS) ** 2
+    for k in range(PARTS + 5):
+        if k <= PARTS:
+            time = earliest + length * (k / PARTS) ** 2
+        else:
+            axis, end = (k - PARTS - 1) // 2, (k - PARTS - 1) % 2
+            edge = landing.step_max[axis] if end == 0 else landing.step_min[axis]
+            time = corner_time(landing, situation, axis, edge)
+            if not earliest < time < latest:
+                continue
         share = share_at(landing, situation, push_x, push_y, time)
         if share >= enough:
             return share
         if share > best:
-            best, place = share, k
-    low = earliest + length * (max(place - 1, 0) / PARTS) ** 2
-    high = earliest + length * (min(place + 1, PARTS) / PARTS) ** 2
+            best, where = share, time
+    if not length > 0.0:
+        return best
+    part = PARTS * math.sqrt((where - earliest) / length)
+    before, after = max(math.ceil(part) - 1, 0), min(math.floor(part) + 1, PARTS)
+    low = earliest + length * (before / PARTS) ** 2
+    high = earliest + length * (after / PARTS) ** 2
     left, right = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
     at_left = share_at(landing, situation, push_x, push_y, left)
     at_right = share_at(landing, situation, push_x, push_y, right)
@@ -167,7 +289,7 @@ def saved_share(landing, situation, push_x, push_y):
 
     Args:
         landing: a `LANDING` record.
-        situation: a `SITUATION` record; reads times, offset and foot.
+        situation: a `SITUATION` record; reads times, offset, force and foot.
         push_x, push_y: what the push may still do [m].
     """
     if push_x == 0.0 and push_y == 0.0:
@@ -175,6 +297,23 @@ def saved_share(landing, situation, push_x, push_y):
     earliest, latest = situation.earliest, situation.latest
     share = most_saved(landing, situation, push_x, push_y, earliest, latest, 1.0, ROUNDS)
     return min(max(share, 0.0), 1.0)
+
+
+@njit(forceinline=True)
+def anticipate(landing, situation, more_x, more_y):
+    """Write what the DCM may be at the landing: the push goes on, or ends just before it.
+
+    Until the landing can no longer be taken back the push is there to be seen, so for the side
+    away from it counts that it ends then: e k + f (k - e^(omega delta)).
+    """
+    for i in range(2):
+        more, force = (more_x if i == 0 else more_y), situation.force[i]
+        situation.anticipated[i] = situation.offset[i] + more
+        ending, shift = situation.offset[i] + force, -force * landing.commitment
+        for k in range(2):
+            goes_on = force == 0.0 or (force > 0.0) == (k == 0)
+            situation.rate[i, k] = situation.anticipated[i] if goes_on else ending
+            situation.shift[i, k] = 0.0 if goes_on else shift
 
 
 @njit
@@ -187,18 +326,31 @@ def margin(landing, situation):
         landing: a `LANDING` record.
         situation: a `SITUATION` record; reads times, offset and foot.
     """
-    earliest, latest = situation.earliest, situation.latest
     least = math.inf
     for axis in range(2):
-        for k in range(2):
-            sign = 1.0 - 2.0 * k
-            if landing.max_acceleration < math.inf:
-                x, y = (sign, 0.0) if axis == 0 else (0.0, sign)
-                room = most_saved(
-                    landing, situation, x, y, earliest, latest, math.inf, MARGIN_ROUNDS
-                )
-            else:
-                worth = best_worth(landing, situation, axis, sign, earliest, latest)
-                room = worth + landing.zmp_reach[axis] - sign * situation.offset[axis]
+        for sign in (1.0, -1.0):
+            room, _ = best_landing(landing, situation, axis, sign, MARGIN_ROUNDS)
             least = min(least, room)
     return least
+
+
+@njit
+def keep_way_back(landing, situation, decision):
+    """Move the foot only as far as the robot can still be saved if the push ends now.
+
+    A leg takes time to come back. While what could still be saved against the push is less than the
+    reserve, the landing is drawn towards the one that would save it, the more the less it is.
+    """
+    for axis in range(2):
+        force = situation.force[axis]
+        if force == 0.0:
+            continue
+        sign = -1.0 if force > 0.0 else 1.0
+        room, time = best_landing(landing, situation, axis, sign, ROUNDS_BACK)
+        if room >= landing.reserve[axis]:
+            continue
+        low, high, _, _ = reach(landing, situation, axis, time)
+        back = high if sign > 0.0 else low
+        if sign * (back - decision.step[axis]) > 0.0:
+            part = max(room / landing.reserve[axis], 0.0)
+            decision.step[axis] = back + part * (decision.step[axis] - back)

@@ -21,8 +21,8 @@ from numpy.typing import NDArray
 from surefoot.compiling import entry_point, njit
 from surefoot.models.leg import furthest
 from surefoot.models.record import new_array
-from surefoot.planning.anticipation import reach
-from surefoot.planning.landing_place import best_place, excess_at, reserved, soft_error
+from surefoot.planning.anticipation import corner_time, reach
+from surefoot.planning.landing_place import best_place, excess_at, soft_error
 from surefoot.planning.landing_problem import DECISION, LANDING, SITUATION, Decision, Limit
 
 TAU_EVALUATIONS = 60
@@ -32,18 +32,18 @@ PARTS = 16
 """Of the interval of tau, among which the best is sought where the problem is not quite convex;
 shorter ones first, for a leg gets further the longer it has accelerated."""
 
+SPECIAL = 6
+"""Landing times that are tried beside these, see `special_tau`."""
+
 CLOSED = 1e-11
 """Fraction of tau to which the bracket closes."""
 
 NEAR = 2e-3
 """Fraction of tau by which a decision may move from one cycle to the next; most do so less."""
 
-LIMIT_TOLERANCE = 1e-3
-"""A leg that gets this little further is at its limit, and what is this little outside of what can
-be saved is not lost: soft limits give way as much [m]."""
-
 FLAT = 1e-10
-"""A derivative no larger than this is zero: the cost is strongly convex in tau with a3."""
+"""A derivative of the cost over tau / tau_ref that is no larger than this is zero: the cost is
+strongly convex in it."""
 
 _STEP = (int(Limit.STEP_X), int(Limit.STEP_Y))
 _LEG = (int(Limit.LEG_X), int(Limit.LEG_Y))
@@ -66,10 +66,11 @@ def tau_slope(landing, situation, tau, decision):
         decision.step[axis] = place
         if end != 0:
             rate = low_rate if end < 0 else high_rate
+            slope += landing.lost_weight * outside(landing, axis, place)
             total += slope * rate / (omega * tau)
         over, under = excess_at(landing, situation, axis, growth, place)
-        part = pressure(landing, situation, axis, growth, over, 1.0)
-        part += pressure(landing, situation, axis, growth, under, -1.0)
+        part = pressure(landing, situation, axis, over, 1.0)
+        part += pressure(landing, situation, axis, under, -1.0)
         error = soft_error(landing, situation, axis, growth, place)
         if error != 0.0:
             gain = situation.offset[axis] - math.copysign(landing.gentle_zmp[axis], error)
@@ -79,12 +80,19 @@ def tau_slope(landing, situation, tau, decision):
 
 
 @njit(forceinline=True)
-def pressure(landing, situation, axis, growth, value, sign):
+def outside(landing, axis, place):
+    """How far a landing is outside of the step box, which a fast foot may run past [m]."""
+    low, high = landing.step_min[axis], landing.step_max[axis]
+    return min(place - low, 0.0) + max(place - high, 0.0)
+
+
+@njit(forceinline=True)
+def pressure(landing, situation, axis, value, sign):
     """How what v of a side costs changes with the growth k."""
-    offset = sign * situation.anticipated[axis]
-    lost = landing.lost_weight * max(value, 0.0) * (offset - landing.zmp_reach[axis])
-    short = max(value + reserved(landing, axis, growth), 0.0)
-    return lost + landing.reserve_weight * short * (offset - landing.gentle_zmp[axis])
+    offset = sign * situation.rate[axis, 0 if sign > 0.0 else 1]
+    lost, short = max(value, 0.0), max(value + landing.reserve[axis], 0.0)
+    weighed = landing.lost_weight * lost + landing.reserve_weight * short
+    return weighed * (offset - landing.zmp_reach[axis])
 
 
 @njit
@@ -97,36 +105,66 @@ def cost_of(landing, situation, tau, decision):
         place = decision.step[axis]
         moved = place - situation.step_ref[axis]
         error = soft_error(landing, situation, axis, growth, place)
+        beyond = outside(landing, axis, place)
+        total += landing.lost_weight * beyond * beyond
         total += landing.step_weight[axis] * moved * moved
         total += landing.offset_weight[axis] * error * error
         for value in excess_at(landing, situation, axis, growth, place):
-            short = max(value + reserved(landing, axis, growth), 0.0)
+            short = max(value + landing.reserve[axis], 0.0)
             lost = max(value, 0.0)
             total += landing.lost_weight * lost * lost + landing.reserve_weight * short * short
     return 0.5 * total
 
 
+@njit(forceinline=True)
+def special_tau(landing, situation, guess, k):
+    """Landing times at which the cost may have a kink or its minimum, by number: `SPECIAL` of them.
+
+    The foot just reaches an end of the box on an axis; the plan; and the last decision.
+    """
+    if k == 4:
+        return situation.tau_ref
+    if k == 5:
+        return guess
+    edge = landing.step_min[k // 2] if k % 2 == 0 else landing.step_max[k // 2]
+    time = situation.elapsed + corner_time(landing, situation, k // 2, edge)
+    return math.exp(landing.omega * min(time, landing.longest))
+
+
 @njit
-def best_part(landing, situation, low, high, decision):
-    """The part of an interval of tau, a few samples wide, that holds the least cost of them.
+def best_part(landing, situation, low, high, guess, decision):
+    """The best of some landing times, and its neighbours.
 
     A leg of limited acceleration gets nowhere in the first moments, so that to land at once and to
     land a little later can both be better than what lies between.
+
+    Returns:
+        tau before, of, and after the least cost.
     """
     length = math.log(high / low)
-    best, place = math.inf, 0
-    for k in range(PARTS + 1):
-        tau = low * math.exp(length * (k / PARTS) ** 2)
+    best, where = math.inf, low
+    for k in range(PARTS + 1 + SPECIAL):
+        if k <= PARTS:
+            tau = low * math.exp(length * (k / PARTS) ** 2)
+        else:
+            tau = special_tau(landing, situation, guess, k - PARTS - 1)
+            if not low < tau < high:
+                continue
         tau_slope(landing, situation, tau, decision)
+        decision.iterations += 1
         cost = cost_of(landing, situation, tau, decision)
         if cost < best:
-            best, place = cost, k
-    decision.iterations += PARTS + 1
-    before, after = max(place - 1, 0), min(place + 1, PARTS)
-    return (
-        low * math.exp(length * (before / PARTS) ** 2),
-        low * math.exp(length * (after / PARTS) ** 2),
-    )
+            best, where = cost, tau
+    part = PARTS * math.sqrt(max(math.log(where / low), 0.0) / length)
+    before = low * math.exp(length * (max(math.ceil(part) - 1, 0) / PARTS) ** 2)
+    after = low * math.exp(length * (min(math.floor(part) + 1, PARTS) / PARTS) ** 2)
+    for k in range(SPECIAL):
+        tau = special_tau(landing, situation, guess, k)
+        if before < tau < where:
+            before = tau
+        if where < tau < after:
+            after = tau
+    return before, where, after
 
 
 @njit
@@ -162,12 +200,11 @@ def decide_landing(landing, situation, guess, decision):
     decision.step, decision.iterations = situation.step_ref, 1
     low, high = situation.tau_min, max(situation.tau_max, situation.tau_min)
     tau = min(max(situation.tau_ref, low), high)
-    slope = tau_slope(landing, situation, tau, decision)
-    if abs(slope) > FLAT and landing.max_acceleration < math.inf and high > low:
-        low, high = best_part(landing, situation, low, high, decision)
-        tau = min(max(tau, low), high)
+    slope, flat = tau_slope(landing, situation, tau, decision), FLAT / situation.tau_ref
+    if abs(slope) > flat and landing.max_acceleration < math.inf and high > low:
+        low, tau, high = best_part(landing, situation, low, high, guess, decision)
         slope = tau_slope(landing, situation, tau, decision)
-    if abs(slope) > FLAT:
+    if abs(slope) > flat:
         at_low = at_high = slope
         end = low if slope > 0.0 else high
         at_end = tau_slope(landing, situation, end, decision) if end != tau else slope
@@ -180,17 +217,17 @@ def decide_landing(landing, situation, guess, decision):
             low, at_low, high, at_high = narrow(
                 landing, situation, low, at_low, high, at_high, guess, decision
             )
-            tau = root(landing, situation, low, at_low, high, at_high, decision)
+            tau = root(landing, situation, low, at_low, high, at_high, flat, decision)
     decision.tau = tau
     decision.active = active_limits(landing, situation, tau, decision)
-    if slope > FLAT and tau <= situation.tau_min:
+    if slope > flat and tau <= situation.tau_min:
         decision.active |= _SHORTEST
-    if slope < -FLAT and tau >= situation.tau_max:
+    if slope < -flat and tau >= situation.tau_max:
         decision.active |= _LONGEST
 
 
 @njit
-def root(landing, situation, low, at_low, high, at_high, decision):
+def root(landing, situation, low, at_low, high, at_high, flat, decision):
     """The tau between two at which the slope is zero: inverse quadratic steps that never fail.
 
     The method of Chandrupatla (1997); the decision holds the landings for the tau returned.
@@ -209,7 +246,7 @@ def root(landing, situation, low, at_low, high, at_high, decision):
             older, at_older, old, at_old = old, at_old, newest, at_newest
         newest, at_newest = tau, at_tau
         width = abs(old - newest)
-        if abs(at_tau) <= FLAT or width <= CLOSED * tau:
+        if abs(at_tau) <= flat or width <= CLOSED * tau:
             break
         xi = (newest - old) / (older - old)
         phi = (at_newest - at_old) / (at_older - at_old)
@@ -236,14 +273,14 @@ def active_limits(landing, situation, tau, decision):
             active |= _STEP[axis]
         away, velocity = place - situation.foot[axis], situation.foot_velocity[axis]
         if (
-            away > furthest(velocity, left, speed, acceleration) - LIMIT_TOLERANCE
-            or -away > furthest(-velocity, left, speed, acceleration) - LIMIT_TOLERANCE
+            away > furthest(velocity, left, speed, acceleration) - landing.tolerance
+            or -away > furthest(-velocity, left, speed, acceleration) - landing.tolerance
         ):
             active |= _LEG[axis]
         for value in excess_at(landing, situation, axis, growth, place):
-            if value > -reserved(landing, axis, growth):
+            if value > -landing.reserve[axis]:
                 active |= _RESERVE
-            if value > LIMIT_TOLERANCE:
+            if value > landing.tolerance:
                 active |= _LOST
     return active
 

@@ -31,26 +31,19 @@ def excess(landing, situation, axis, growth, place, along, against):
     Args:
         along, against: Z there, for an offset along the axis and against it [m].
     """
-    offset, zmp = situation.anticipated[axis], landing.zmp_reach[axis]
+    rate, shift, zmp = situation.rate, situation.shift, landing.zmp_reach[axis]
     return (
-        (offset - zmp) * growth - place - along,
-        -(offset + zmp) * growth + place - against,
+        (rate[axis, 0] - zmp) * growth + shift[axis, 0] - place - along,
+        -(rate[axis, 1] + zmp) * growth - shift[axis, 1] + place - against,
     )
 
 
 @njit(forceinline=True)
 def excess_at(landing, situation, axis, growth, place):
     """v of both sides at a landing [m]."""
-    along, _ = worth_after(landing.concave_worth, landing, axis, 0, place)
-    against, _ = worth_after(landing.concave_worth, landing, axis, 1, place)
+    along, _ = worth_after(landing.worth, landing, axis, 0, place)
+    against, _ = worth_after(landing.worth, landing, axis, 1, place)
     return excess(landing, situation, axis, growth, place, along, against)
-
-
-@njit(forceinline=True)
-def reserved(landing, axis, growth):
-    """How far v has to stay below 0: rho, and what the ZMP could do beyond c_g [m]."""
-    spare = landing.zmp_reach[axis] - landing.gentle_zmp[axis]
-    return landing.reserve[axis] + spare * (growth - 1.0)
 
 
 @njit(forceinline=True)
@@ -58,15 +51,15 @@ def place_slope(landing, situation, axis, growth, place, cell):
     """First and second derivative of an axis's cost in X, with the slopes of Z in one cell."""
     spacing, low = landing.spacing[axis], landing.step_min[axis]
     into = place - low - cell * spacing
-    up, down = landing.concave_worth[axis, 0, cell], landing.concave_worth[axis, 1, cell]
-    up_slope = (landing.concave_worth[axis, 0, cell + 1] - up) / spacing
-    down_slope = (landing.concave_worth[axis, 1, cell + 1] - down) / spacing
+    up, down = landing.worth[axis, 0, cell], landing.worth[axis, 1, cell]
+    up_slope = (landing.worth[axis, 0, cell + 1] - up) / spacing
+    down_slope = (landing.worth[axis, 1, cell + 1] - down) / spacing
     over, under = excess(
         landing, situation, axis, growth, place, up + up_slope * into, down + down_slope * into
     )
     error = soft_error(landing, situation, axis, growth, place)
     weight, stiff = landing.step_weight[axis], landing.offset_weight[axis]
-    reserve = reserved(landing, axis, growth)
+    reserve = landing.reserve[axis]
     slope = weight * (place - situation.step_ref[axis]) - stiff * error
     second = weight + (stiff if error != 0.0 else 0.0)
     for k in range(2):

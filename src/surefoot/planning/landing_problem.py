@@ -23,7 +23,6 @@ from __future__ import annotations
 
 import math
 from enum import IntFlag
-from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -33,11 +32,15 @@ from surefoot.models.record import Record, new_array
 from surefoot.models.robot import Robot
 from surefoot.models.viable_displacement import NODES, viable_displacement
 
-LOST_WEIGHT = 1e6
-"""w_v, on half the squared distance beyond what can be saved [1/m^2]."""
+LOST_WEIGHT = 1e7
+"""w_v R^2, on half the squared distance beyond what can be saved [-]."""
 
-RESERVE_WEIGHT = 1e5
-"""w_m, on half the squared distance that the reserve rho is short of [1/m^2]."""
+RESERVE_WEIGHT = 1e4
+"""w_m R^2, on half the squared distance that the reserve rho is short of [-]."""
+
+TOLERANCE = 4e-3
+"""Fraction of R. A leg that gets this little further is at its limit, and what is this little
+outside of what can be saved is not lost: soft limits give way as much."""
 
 LANDING = np.dtype(
     [
@@ -48,6 +51,8 @@ LANDING = np.dtype(
         ("lost_weight", "f8"),
         ("reserve_weight", "f8"),
         ("reserve", "f8", (2,)),
+        ("tolerance", "f8"),
+        ("commitment", "f8"),
         ("zmp_reach", "f8", (2,)),
         ("gentle_zmp", "f8", (2,)),
         ("gentle_offset", "f8", (2,)),
@@ -59,7 +64,6 @@ LANDING = np.dtype(
         ("step_max", "f8", (2,)),
         ("spacing", "f8", (2,)),
         ("worth", "f8", (2, 2, NODES)),
-        ("concave_worth", "f8", (2, 2, NODES)),
     ],
 )
 """What is the same in all decisions of a controller: omega; a1, a3, a4, w_v, w_m and rho; c, c_g
@@ -76,7 +80,10 @@ SITUATION = np.dtype(
         ("earliest", "f8"),
         ("latest", "f8"),
         ("offset", "f8", (2,)),
+        ("force", "f8", (2,)),
         ("anticipated", "f8", (2,)),
+        ("rate", "f8", (2, 2)),
+        ("shift", "f8", (2, 2)),
         ("foot", "f8", (2,)),
         ("foot_velocity", "f8", (2,)),
         ("step_ref", "f8", (2,)),
@@ -167,11 +174,13 @@ def landing_parameters(
     gentle_zmp: ArrayLike,
     gentle_offset: ArrayLike,
     *,
-    step_weight: tuple[float, float] = (1.0, 1.0),
-    tau_weight: float = 1.0,
-    offset_weight: tuple[float, float] = (1000.0, 1000.0),
-    reserve: float = 0.02,
-    room: float = math.inf,
+    room: float,
+    tau_ref: float,
+    step_weight: tuple[float, float] = (1e-3, 1e-3),
+    tau_weight: float = 0.1,
+    offset_weight: tuple[float, float] = (1.0, 1.0),
+    reserve: float,
+    commitment: float = 0.0,
 ) -> NDArray[np.void]:
     """The `LANDING` record of a robot, shape (1,).
 
@@ -191,9 +200,20 @@ def landing_parameters(
     parameters = new_array(LANDING)
     record, tables = parameters[0], viable_displacement(robot)
     record["omega"] = robot.omega
-    record["step_weight"], record["tau_weight"] = step_weight, tau_weight
-    record["offset_weight"] = offset_weight
-    record["lost_weight"], record["reserve_weight"] = LOST_WEIGHT, RESERVE_WEIGHT
+    if not room > 0.0:
+        raise ParameterError(
+            "a gait whose steps this leg can follow by others for ever",
+            f"one that is {-room:.3g} m beyond that",
+            "walk more slowly, or give the leg its true speed and acceleration",
+        )
+    per_area = 1.0 / room**2
+    record["step_weight"] = np.multiply(step_weight, per_area)
+    record["tau_weight"] = tau_weight / tau_ref**2
+    record["offset_weight"] = np.multiply(offset_weight, per_area)
+    record["lost_weight"] = LOST_WEIGHT * per_area
+    record["reserve_weight"] = RESERVE_WEIGHT * per_area
+    record["tolerance"] = TOLERANCE * room
+    record["commitment"] = math.exp(robot.omega * commitment)
     record["zmp_reach"] = zmp_reach
     record["gentle_zmp"], record["gentle_offset"] = gentle_zmp, gentle_offset
     record["max_speed"] = robot.swing.max_speed
@@ -201,39 +221,7 @@ def landing_parameters(
     record["shortest"], record["longest"] = robot.gait.step_duration
     record["step_min"], record["spacing"] = tables.low, tables.spacing
     record["step_max"] = np.add(tables.low, np.multiply(tables.spacing, NODES - 1))
-    record["worth"], record["concave_worth"] = _worth(robot)
-    for axis in range(2):
-        above = np.max(record["concave_worth"][axis] - record["worth"][axis])
-        record["reserve"][axis] = above + min(reserve, 0.5 * (room - above))
-        if room <= above:
-            raise ParameterError(
-                "a gait whose steps this leg can follow by others for ever",
-                f"one that is {above - room:.3g} m beyond that",
-                "walk more slowly, or give the leg its true speed and acceleration",
-            )
+    record["reserve"] = min(reserve, 0.5 * room)
+    # Across, what is along the step that is decided is against the next one.
+    record["worth"][0], record["worth"][1] = tables.values[0], tables.values[1, ::-1]
     return parameters
-
-
-@lru_cache(maxsize=64)
-def _worth(robot: Robot) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Z, and its concave hull, kept: a body is given another velocity at every touchdown."""
-    values = viable_displacement(robot).values
-    worth = np.stack([values[0], values[1, ::-1]])
-    hull = np.array([[concave_hull(row) for row in rows] for rows in worth])
-    worth.flags.writeable = hull.flags.writeable = False
-    return worth, hull
-
-
-def concave_hull(values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The least concave function on even nodes that is nowhere below these values."""
-    corners: list[int] = []
-    for node, value in enumerate(values):
-        while len(corners) > 1:
-            first, last = corners[-2], corners[-1]
-            if (values[last] - values[first]) * (node - last) > (value - values[last]) * (
-                last - first
-            ):
-                break
-            corners.pop()
-        corners.append(node)
-    return np.interp(np.arange(len(values)), corners, values[corners])
