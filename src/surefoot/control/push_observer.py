@@ -17,23 +17,27 @@ import numpy as np
 
 from surefoot.compiling import njit
 
-SMOOTHINGS = (0.0, 0.004, 0.016, 0.064)
-"""Time constants of the estimates [s]."""
+SMOOTHINGS = (0.0, 0.014, 0.056, 0.224)
+"""Time constants of the estimates [1/omega]."""
 
-NOISE_TIME = 0.1
-"""Time constant with which the noise is learnt [s]."""
+NOISE_TIME = 0.35
+"""Time constant with which the noise is learnt [1/omega]."""
 
 SURE = 5.0
 """An estimate that is this many standard deviations from zero is a push."""
 
-HARMLESS = 0.05
-"""So is one whose noise, as many times, is below this [m]: it would change nothing."""
+HARMLESS = 0.0625
+"""So is one whose noise, as many times, is below this part of the height of the CoM: it would
+change nothing."""
 
 OUTLIER = 9.0
 """A squared jump larger than this many times the usual one is the edge of a push."""
 
 NO_FORCE = 1e-9
-"""An estimate that is no larger is rounding [m]."""
+"""An estimate that is no larger part of the height of the CoM is rounding."""
+
+LONGEST = 3.5
+"""After a gap of this, in 1 / omega, no more is expected than after so long a one."""
 
 SHORT = 0.2
 """A cycle shorter than this part of a period says too little of the force in it."""
@@ -41,10 +45,16 @@ SHORT = 0.2
 _COUNT = len(SMOOTHINGS)
 
 OBSERVING = np.dtype(
-    [("omega", "f8"), ("period", "f8"), ("follow", "f8", (_COUNT,)), ("learn", "f8")]
+    [
+        ("omega", "f8"),
+        ("height", "f8"),
+        ("period", "f8"),
+        ("follow", "f8", (_COUNT,)),
+        ("learn", "f8"),
+    ]
 )
-"""Parameters: natural frequency [1/s], control period [s], how much each estimate follows in a
-cycle, and how much the noise is learnt in one."""
+"""Parameters: natural frequency [1/s], height of the CoM [m], control period [s], how much each
+estimate follows in a cycle, and how much the noise is learnt in one."""
 
 PUSH_OBSERVER = np.dtype(
     [
@@ -61,10 +71,13 @@ PUSH_OBSERVER = np.dtype(
 cycle its time [s], DCM and commanded ZMP [m], if it was seen."""
 
 
-def observing(omega: float, period: float) -> tuple[float, float, list[float], float]:
-    """The `OBSERVING` record for a natural frequency [1/s] and a control period [s]."""
-    follow = [-math.expm1(-period / time) if time > 0.0 else 1.0 for time in SMOOTHINGS]
-    return omega, period, follow, -math.expm1(-period / NOISE_TIME)
+def observing(
+    omega: float, height: float, period: float
+) -> tuple[float, float, float, list[float], float]:
+    """The `OBSERVING` record of a natural frequency [1/s], a CoM height [m] and a period [s]."""
+    part = omega * period
+    follow = [-math.expm1(-part / time) if time > 0.0 else 1.0 for time in SMOOTHINGS]
+    return omega, height, period, follow, -math.expm1(-part / NOISE_TIME)
 
 
 @njit(forceinline=True)
@@ -74,8 +87,8 @@ def _answer(parameters, observer, axis):
         value, part = observer.estimate[axis, k], parameters.follow[k]
         # Of white noise s in the DCM a jump is (1, -2, 1) s, and an estimate has `part` of (1, -1).
         noise = part * math.sqrt(observer.jump[axis] / (3.0 * (2.0 - part)))
-        if SURE * noise <= max(HARMLESS, abs(value)):
-            return 0.0 if abs(value) < NO_FORCE else value
+        if SURE * noise <= max(HARMLESS * parameters.height, abs(value)):
+            return 0.0 if abs(value) < NO_FORCE * parameters.height else value
     return 0.0
 
 
@@ -101,12 +114,13 @@ def observe_push(parameters, last, observation, observer):
     elapsed = observation.time - last.time
     if elapsed <= SHORT * parameters.period:
         return
-    growth = math.exp(parameters.omega * min(elapsed, 1.0))
+    growth = math.exp(min(parameters.omega * elapsed, LONGEST))
+    harmless = HARMLESS * parameters.height
     for i in range(2):
         expected = last.zmp[i] + (last.dcm[i] - last.zmp[i]) * growth
         force = (observation.dcm[i] - expected) / (growth - 1.0)
         jump, usual = force - last.estimate[i, 0], last.jump[i]
-        square = min(jump * jump, OUTLIER * usual + HARMLESS * HARMLESS)
+        square = min(jump * jump, OUTLIER * usual + harmless * harmless)
         observer.jump[i] = usual + parameters.learn * (square - usual)
         for k in range(_COUNT):
             before = last.estimate[i, k]

@@ -45,7 +45,6 @@ from surefoot.planning.landing import decide_landing
 from surefoot.planning.landing_problem import DECISION, Decision, landing_parameters
 from surefoot.planning.nominal_gait import NominalGait, gait_room, nominal_gait
 
-
 RESERVE, COMFORT = 0.025, 0.03
 """Default reserve and comfort, as fractions of the height of the CoM."""
 
@@ -180,7 +179,7 @@ class UnifiedController:
         )
         parameters["landing"] = self._landing(gain)
         parameters["anticipation"] = -math.expm1(-self.robot.omega * self.horizon)
-        parameters["observing"] = observing(self.robot.omega, self.period)
+        parameters["observing"] = observing(self.robot.omega, self.robot.com_height, self.period)
         parameters["commitment"] = self._commitment()
         object.__setattr__(self, "parameters", parameters)
         _compiled()  # Now rather than in the first control cycle.
