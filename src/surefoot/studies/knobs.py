@@ -90,7 +90,7 @@ def knobs_of(key: str, asked: Iterable[str] = (), robot: Robot | None = None) ->
         ParameterError: a method without knobs, an unknown one, or a range that is none or leaves
             out the default.
     """
-    usual = {knob.name: knob for knob in RANGES.get(key, ())}
+    usual = {knob.name: knob for knob in RANGES.get(method(key).key, ())}
     texts = list(asked)
     if not usual:
         raise ParameterError(
