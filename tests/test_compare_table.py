@@ -12,8 +12,7 @@ from rich.console import Console
 
 from push_comparison import METHODS, PROVENANCE, measured_rows
 from surefoot.errors import FileError, ParameterError
-from surefoot.simulation.outcome import SETTLED_ERROR, SETTLED_VELOCITY
-from surefoot.studies.push_recovery import RECOVERY_TIME
+from surefoot.simulation.outcome import RECOVERY_TIME, SETTLED_ROOM, SETTLED_VELOCITY
 from surefoot.viewers.compare_report import compare_text, write_compare_report
 from surefoot.viewers.compare_table import COLUMNS, LIMIT, compare_table, print_compare_table
 from surefoot.viewers.compare_words import angle_words, cautions, protocol, time_words
@@ -188,8 +187,8 @@ def test_wrong_sets_of_rows_are_told(measured: Comparison) -> None:
 
 def test_the_protocol_says_what_the_code_does(measured: Comparison) -> None:
     words = " ".join(protocol(measured))
-    assert f"within {RECOVERY_TIME:g} s" in words
-    assert f"below {100.0 * SETTLED_ERROR:g} cm" in words
+    assert f"within {RECOVERY_TIME:g}/ω" in words
+    assert f"below {100.0 * SETTLED_ROOM:g} %" in words
     assert f"within {100.0 * SETTLED_VELOCITY:g} %" in words
     assert "steps of 1 N s" in words
     assert "at 2, 3, 4 and 6 m/s, and without limit" in words

@@ -10,6 +10,7 @@ import pytest
 import surefoot as sf
 from surefoot.models.lipm import com_flow, dcm_flow, pushed_pivot
 from surefoot.models.robot import Swing
+from surefoot.models.viability import fall_distance
 
 ROBOT = sf.load_robot("paper-biped")
 GAIT = sf.nominal_gait(ROBOT, (0.5, 0.0))
@@ -122,8 +123,8 @@ def test_it_falls_when_the_dcm_runs_away() -> None:
     rollout = sf.simulate(sf.DcmTracking(ROBOT, (0.5, 0.0)), 6.0, [sf.Push(1.1, 0.2, (500.0, 0.0))])
     assert rollout.outcome is sf.Outcome.FELL
     distance = np.hypot(*(rollout.dcm - rollout.support_foot).T)
-    assert distance[-1] > 1.5
-    assert distance[:-1].max() <= 1.5
+    assert distance[-1] > fall_distance(ROBOT)
+    assert distance[:-1].max() <= fall_distance(ROBOT)
 
 
 def test_the_world_is_a_value() -> None:

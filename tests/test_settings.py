@@ -52,8 +52,8 @@ def test_a_pair_may_be_a_list_and_a_float_a_whole_number(robot: sf.Robot) -> Non
 
 def test_none_only_where_the_class_chooses() -> None:
     assert checked_settings("unified", {"step_duration": None}) == {"step_duration": None}
-    with pytest.raises(sf.ParameterError, match="`dcm_gain` as a number; got None"):
-        checked_settings("unified", {"dcm_gain": None})
+    with pytest.raises(sf.ParameterError, match="`tau_weight` as a number; got None"):
+        checked_settings("unified", {"tau_weight": None})
 
 
 @pytest.mark.parametrize(

@@ -7,6 +7,11 @@ import pytest
 from msgspec import structs
 
 import surefoot as sf
+from random_robots import random_cell, random_robot
+from surefoot.models.robot import Trunk
+from surefoot.models.viability import fall_distance
+from surefoot.models.viable_displacement import viable_displacement
+from surefoot.planning.push_limit import impulse_per_offset
 
 ROBOT = sf.load_robot("paper-biped")
 
@@ -92,3 +97,96 @@ def test_a_side_may_be_given_as_its_number() -> None:
         assert ROBOT.gait.step_box(int(side), 0.2) == ROBOT.gait.step_box(side, 0.2)  # type: ignore[arg-type]
         assert gait.dcm_offset(int(side)) == gait.dcm_offset(side)  # type: ignore[arg-type]
         assert gait.observation(side).support_side is side
+
+
+@pytest.mark.parametrize("seed", range(30))
+def test_no_state_that_is_called_a_fall_can_be_saved(seed: int) -> None:
+    """By the tables of what can be saved: none of these contains a state that is so far away."""
+    rng = np.random.default_rng(seed)
+    robot = random_robot(rng, acceleration=seed % 2 == 1)
+    tables = viable_displacement(robot.with_leg(max_speed=math.inf) if seed % 3 else robot)
+    furthest = 0.0
+    for _ in range(100):
+        elapsed = rng.uniform(0.0, 1.2) * robot.gait.step_duration[0]
+        corner = rng.choice((-1, 1), 2)
+        for sign_x, sign_y in (corner, -corner):
+            rooms = []
+            for axis, sign in enumerate((sign_x, sign_y)):
+                low, width = tables.low[axis], 100 * tables.spacing[axis]
+                foot = low + rng.uniform(0.0, 1.0) * width
+                worth = tables.in_step(axis, int(sign), foot, elapsed)
+                rooms.append(worth + robot.foot.half[axis])
+            furthest = max(furthest, math.hypot(*rooms))
+    assert 0.0 < furthest <= fall_distance(robot)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_no_schedule_of_steps_saves_what_is_called_a_fall(seed: int) -> None:
+    """Backwards in time, from an offset of 0: steps, turns and ZMPs of all sorts, and the worst."""
+    rng = np.random.default_rng(seed)
+    robot = random_robot(rng)
+    shortest, longest = robot.gait.step_duration
+    half, most = np.array(robot.foot.half), fall_distance(robot)
+    low, high = robot.gait.step_box(sf.Side.RIGHT, robot.hip)
+    largest = 0.0
+    for _ in range(200):
+        offset, heading, side = np.zeros(2), 0.0, 1.0
+        worst, turn = rng.random() < 0.5, rng.choice((0.0, rng.uniform(-math.pi, math.pi)))
+        for _ in range(12):
+            share = rng.integers(0, 2, 2) if worst else rng.uniform(0.0, 1.0, 2)
+            step = np.array(low) + share * np.subtract(high, low)
+            step[1] *= side
+            cosine, sine = math.cos(heading), math.sin(heading)
+            turned = np.array([[cosine, -sine], [sine, cosine]])
+            zmp = half * (rng.choice((-1, 1), 2) if worst else rng.uniform(-1.0, 1.0, 2))
+            # At the landing, and then at the touchdown before it.
+            offset = offset + turned @ step
+            largest = max(largest, float(np.linalg.norm(offset)))
+            time = shortest if worst else rng.uniform(shortest, longest)
+            offset = turned @ zmp + (offset - turned @ zmp) * math.exp(-robot.omega * time)
+            heading, side = heading + turn, -side
+    assert 0.25 * most < largest <= most
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_who_cannot_be_saved_is_called_fallen_soon(seed: int) -> None:
+    """What is lost by m0 is beyond any distance d after ln(2 d / m0) / omega."""
+    cell = random_cell(seed)
+    lost = 0.05 * cell.limit() / impulse_per_offset(cell.robot, cell.duration)
+    push = cell.push(1.05 * cell.limit())
+    soon = math.log(2.0 * fall_distance(cell.robot) / lost) / cell.robot.omega
+    rollout = sf.simulate(
+        cell.controller(), push.end + soon, [push], first_support=cell.support_side
+    )
+    assert rollout.outcome is sf.Outcome.FELL
+
+
+def test_the_distance_of_a_fall_where_steps_are_all_but_endless() -> None:
+    """For E close to 1 a great many steps count, and rounding does not."""
+    quick = structs.replace(ROBOT.gait, step_duration=(1e-6, 0.8))
+    distance = fall_distance(ROBOT.replace(gait=quick, trunk=None))
+    steps = math.hypot(0.5, 0.5) / (ROBOT.omega * 1e-6)
+    assert distance == pytest.approx(steps, rel=1e-5)
+
+
+def test_a_trunk_saves_more_but_not_more_than_the_bound() -> None:
+    without = ROBOT.replace(trunk=None)
+    assert fall_distance(ROBOT) > fall_distance(without)
+    weak = ROBOT.replace(trunk=Trunk(inertia=1e-9, max_torque=1e-9, max_lean=1e-9))
+    assert fall_distance(weak) == pytest.approx(fall_distance(without), rel=1e-6)
+
+
+def test_the_steps_of_a_controller_count_that_believes_in_another_robot() -> None:
+    narrow = ROBOT.replace(
+        gait=structs.replace(ROBOT.gait, step_x=(-0.05, 0.05), step_y=(-0.02, 0.02)), trunk=None
+    )
+    own, other = fall_distance(narrow), fall_distance(ROBOT.replace(trunk=None))
+    assert own < 0.5 * other
+    assert fall_distance(narrow, ROBOT) == pytest.approx(other)
+    assert fall_distance(ROBOT, narrow) == fall_distance(ROBOT)
+    # What such a controller saves by steps of its own is no fall.
+    push = sf.Push(1.1, 0.1, (1200.0, 0.0))
+    rollout = sf.simulate(sf.UnifiedController(ROBOT, (0.4, 0.0)), 3.0, [push], plant=narrow)
+    away = np.hypot(*(rollout.dcm - rollout.support_foot).T)
+    assert away.max() > own
+    assert rollout.outcome is not sf.Outcome.FELL

@@ -38,6 +38,9 @@ LARGEST_EXPONENT = 60.0
 LAST_CYCLE = 1e-6
 """A flight that is longer than a period by this fraction of it ends in this cycle all the same."""
 
+AT_PLACE = 1e-7
+"""A foot this near to its landing, as a fraction of the apex of its flight, is there."""
+
 _UNREACHABLE = int(Status.UNREACHABLE)
 
 
@@ -109,6 +112,14 @@ def is_too_fast(swing, position, velocity, acceleration, landing, left) -> bool:
 
 
 @njit(forceinline=True)
+def _comes_short(swing, away, velocity, left) -> bool:
+    """Whether the leg cannot bring the foot to its landing in the time left, along one axis."""
+    return abs(away) > AT_PLACE * swing.height and not is_reachable(
+        away, velocity, left, swing.max_speed, swing.max_acceleration
+    )
+
+
+@njit(forceinline=True)
 def _move_over_ground(swing, observation, previous, new_step, left, command):
     """Write x and y of the swing foot; flag a landing that the leg cannot reach."""
     for i in range(2):
@@ -116,7 +127,7 @@ def _move_over_ground(swing, observation, previous, new_step, left, command):
         acceleration = 0.0 if new_step else previous.swing_foot_acceleration[i]
         landing = command.step_location[i]
         away = landing - foot
-        if not is_reachable(away, velocity, left, swing.max_speed, swing.max_acceleration):
+        if _comes_short(swing, away, velocity, left):
             command.status |= _UNREACHABLE
         if is_too_fast(swing, foot, velocity, acceleration, landing, left):
             moved, speed, change = hurry(
@@ -193,8 +204,7 @@ def command_swing(
     command.swing_yaw = landing_yaw
     for i in range(2):
         away = command.step_location[i] - observation.swing_foot[i]
-        velocity, rest = observation.swing_foot_velocity[i], max(left, 0.0)
-        if not is_reachable(away, velocity, rest, swing.max_speed, swing.max_acceleration):
+        if _comes_short(swing, away, observation.swing_foot_velocity[i], max(left, 0.0)):
             command.status |= _UNREACHABLE
     # The foot arrives at the pace of its flight; later, in double support, it rests.
     down = swing.descent * phase[1] if left > 0.0 else 0.0

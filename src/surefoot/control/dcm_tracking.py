@@ -117,16 +117,16 @@ def check_tracking(
 def tracking_parameters(
     robot: Robot,
     gait: NominalGait,
-    dcm_gain: float,
+    dcm_gain: float | None,
     project_zmp: bool,
     double_support: float,
     period: float,
 ) -> NDArray[np.void]:
-    """The `TRACKING` record of a robot and a gait, shape (1,)."""
+    """The `TRACKING` record of a robot and a gait, shape (1,); K_f is the robot's own if None."""
     parameters = new_array(TRACKING)
     record = parameters[0]
     record["omega"] = robot.omega
-    record["zmp_gain"] = 1.0 + dcm_gain / robot.omega
+    record["zmp_gain"] = 1.0 + (DCM_GAIN if dcm_gain is None else dcm_gain / robot.omega)
     record["half_foot"] = robot.foot.half if project_zmp else (math.inf, math.inf)
     record["step_duration"] = record["next_step_duration"] = gait.step_duration
     record["double_support"] = double_support

@@ -10,11 +10,12 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from surefoot.models.lipm import STANDARD_GRAVITY
 from surefoot.models.robot import Robot
 from surefoot.planning.nominal_gait import NominalGait, gait_room
 
-DCM_GAIN = 0.857
-"""K_f / omega: 3 1/s for the paper's biped."""
+DCM_GAIN = 3.0 / math.sqrt(STANDARD_GRAVITY / 0.8)
+"""K_f / omega, 0.857: the paper's 3 1/s on its own biped, whose CoM is at 0.8 m."""
 
 THRESHOLD = 0.1
 """The DCM error at which steps are decided anew, as a part of R: 0.025 m for the paper's biped."""

@@ -59,8 +59,8 @@ duration [s] and the growth of the DCM in it; how long before and after its firs
 instant it shares the load with the other foot [s]; the phase of the swing foot's flight with its
 derivatives [-, 1/s, 1/s^2]; steps so far."""
 
-EDGE_TOLERANCE = 1e-12
-"""A ZMP that projection moves no further than this was inside [m]."""
+EDGE_TOLERANCE = 1e-11
+"""A ZMP that projection moves no further than this part of half a sole was inside."""
 
 _TRACKING_MODE = int(Mode.TRACKING)
 _ZMP_AT_EDGE = int(Status.ZMP_AT_EDGE)
@@ -177,7 +177,7 @@ def track(tracking, observation, plan, command):
         shared = command.double_support != 0
         x, y = nearest_supported(observation, shared, away_x, away_y, half[0], half[1])
     command.mode, command.status = _TRACKING_MODE, 0
-    if length(x - away_x, y - away_y) > EDGE_TOLERANCE:
+    if length(x - away_x, y - away_y) > EDGE_TOLERANCE * length(half[0], half[1]):
         command.status |= _ZMP_AT_EDGE
     command.zmp[0], command.zmp[1] = foot[0] + x, foot[1] + y
     command.step_duration = plan.step_duration

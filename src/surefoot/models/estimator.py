@@ -51,21 +51,25 @@ MOST_CYCLES = 128
 WHOLE = 1e-6
 """Fraction of a period by which a delay may miss a whole number of them."""
 
-NO_TIME = 1e-9
-"""A cycle that is shorter than this says nothing [s]."""
+NO_TIME = 1e-6
+"""A cycle that is shorter than this fraction of a period says nothing."""
+
+BIAS_LIMIT = 0.0375
+"""Largest offset, if none is given, as a fraction of the height of the CoM: 3 cm of 0.8 m."""
 
 ESTIMATOR = np.dtype(
     [
         ("omega", "f8"),
         ("weight", "f8"),
+        ("period", "f8"),
         ("delay", "i8"),
         ("filter_time", "f8"),
         ("bias_time", "f8"),
         ("bias_limit", "f8"),
     ],
 )
-"""Parameters: natural frequency [1/s], weight of the robot [N], delay in cycles, times [s], limit
-of the offset [m]."""
+"""Parameters: natural frequency [1/s], weight of the robot [N], control period [s], delay in
+cycles, times [s], limit of the offset [m]."""
 
 ESTIMATE = np.dtype(
     [
@@ -105,7 +109,7 @@ def _learn_offset(parameters, estimate, measured, i, cycle):
     """One cycle of the observer of the offset, one axis; `measured` is the DCM."""
     pivot, duration = estimate.pivot[cycle, i], estimate.duration[cycle]
     growth, limit = estimate.growth[cycle], parameters.bias_limit
-    if duration < NO_TIME:
+    if duration < NO_TIME * parameters.period:
         return
     free = pivot + (estimate.bias_dcm[i] - pivot) * growth
     innovation = measured - free - estimate.bias[i]
@@ -230,7 +234,8 @@ class Estimator:
         filter_time: within which an error of the estimate decays by e; 0 filters nothing [s].
         bias_time: likewise for the estimate of a constant offset of CoM and DCM; 0 estimates none.
             Sensible from 1 / robot.omega on [s].
-        bias_limit: the offset is no larger than this, in x and in y [m].
+        bias_limit: the offset is no larger than this, in x and in y; 3.75 % of the height of the
+            CoM if None [m].
         period: control period [s].
 
     Raises:
@@ -241,18 +246,22 @@ class Estimator:
     delay: float = 0.0
     filter_time: float = 0.0
     bias_time: float = 0.0
-    bias_limit: float = 0.03
+    bias_limit: float | None = None
     period: float = 0.001
     parameters: NDArray[np.void] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         for name in ("delay", "filter_time", "bias_time"):
             check_number(name, getattr(self, name), 0.0, "s")
-        check_number("bias_limit", self.bias_limit, 0.0, "m", above=True)
+        own = BIAS_LIMIT * self.robot.com_height
+        limit = own if self.bias_limit is None else self.bias_limit
+        check_number("bias_limit", limit, 0.0, "m", above=True)
+        object.__setattr__(self, "bias_limit", limit)
         check_number("period", self.period, 0.0, "s", above=True)
         parameters = new_array(ESTIMATOR)
         parameters["omega"] = self.robot.omega
         parameters["weight"] = self.robot.mass * self.robot.gravity
+        parameters["period"] = self.period
         parameters["delay"] = whole_cycles(self.delay, self.period)
         for name in ("filter_time", "bias_time", "bias_limit"):
             parameters[name] = getattr(self, name)

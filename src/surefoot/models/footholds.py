@@ -24,6 +24,9 @@ REQUIRED = ("side", "x", "y", "time")
 OPTIONAL = ("yaw",)
 """Keys of a row: side, position of the sole's centre [m], yaw [rad], time of touchdown [s]."""
 
+LAST_DIGIT = 1e-8
+"""By this part of its range a value may be outside: it was rounded when it was read."""
+
 
 class FootholdError(SurefootError, ValueError):
     """A file of footholds is wrong; the message names the line."""
@@ -143,7 +146,8 @@ def _check_time(standing: Foothold, landing: Foothold, robot: Robot, where: str)
             "every foot lands later than the one before",
         )
     # A time with three decimals must not fail for its last binary digit.
-    if not shortest - 1e-9 <= duration <= longest + 1e-9:
+    slack = LAST_DIGIT * longest
+    if not shortest - slack <= duration <= longest + slack:
         raise FootholdError(
             f"a step of {shortest} to {longest} s",
             f"{duration:.4g} s ({where})",
@@ -169,7 +173,8 @@ def _check_step(standing: Foothold, landing: Foothold, robot: Robot, where: str)
         )
     low, high = robot.gait.step_box(standing.side, robot.hip)
     for name, value, least, most in zip("xy", (x, y), low, high, strict=True):
-        if not least - 1e-9 <= value <= most + 1e-9:
+        slack = LAST_DIGIT * (most - least)
+        if not least - slack <= value <= most + slack:
             raise FootholdError(
                 f"a step of {least:g} to {most:g} m in {name} of the foot that stands",
                 f"{value:.4g} m ({where})",

@@ -68,7 +68,7 @@ class Status(IntFlag):
 
     OK = 0
     OFFSET_VIOLATED = 1
-    """The DCM offset at landing leaves its soft bounds by more than 1e-6 m."""
+    """The DCM offset at landing leaves its soft bounds, by more than 2e-6 of the longest step."""
     NO_TIME_LEFT = 2
     """The interval of step durations is empty: the step ends now."""
     NO_STEP_LEFT = 4

@@ -11,7 +11,7 @@ import math
 from surefoot.compiling import njit
 
 REACH_TOLERANCE = 1e-9
-"""A place no further out of reach than this is reached [m]."""
+"""A place further away than the reach by no more than this part of the way is reached."""
 
 
 @njit(forceinline=True)
@@ -58,9 +58,10 @@ def time_to(away: float, velocity: float, speed: float, acceleration: float) -> 
 @njit(forceinline=True)
 def is_reachable(away: float, velocity: float, time: float, speed: float, acceleration: float):
     """Whether a foot can be `away` from where it is, after a time; arguments as of `furthest`."""
+    rounding = REACH_TOLERANCE * abs(away)
     return (
-        away <= furthest(velocity, time, speed, acceleration) + REACH_TOLERANCE
-        and -away <= furthest(-velocity, time, speed, acceleration) + REACH_TOLERANCE
+        away <= furthest(velocity, time, speed, acceleration) + rounding
+        and -away <= furthest(-velocity, time, speed, acceleration) + rounding
     )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import tomllib
 from importlib import resources
 from pathlib import Path
@@ -118,6 +119,58 @@ class Robot(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tru
         changes = {name: value for name, value in limits.items() if value is not None}
         return self.replace(swing=msgspec.structs.replace(self.swing, **changes))
 
+    def scaled(self, *, length: float = 1.0, mass: float = 1.0) -> Robot:
+        """The same robot in another size, under the same gravity.
+
+        Its lengths are times lambda, its times times sqrt(lambda), its masses times mu; so speeds
+        are times sqrt(lambda), accelerations as they were, forces times mu, impulses times
+        mu sqrt(lambda), torques times mu lambda, angles as they were. By the law of dynamic
+        similarity [Froude] it walks alike: with velocities, pushes and control period scaled
+        likewise, every controller takes the same steps, scaled, and survives the same share.
+
+        Args:
+            length: lambda, positive.
+            mass: mu, positive.
+
+        Raises:
+            RobotError: a factor is not positive, or the robot has a body, whose model is a file of
+                its own: leave that out with `robot.replace(body=None)`.
+        """
+        check_positive("scale", length=length, mass=mass)
+        if self.body is not None:
+            raise RobotError(
+                "a robot without a body to scale, whose model is a file of its own",
+                f"robot '{self.name}' with the body of {self.body.model}",
+                "scale its point mass: robot.replace(body=None).scaled(...)",
+            )
+        time = math.sqrt(length)
+        gait, swing, trunk = self.gait, self.swing, self.trunk
+        return self.replace(
+            mass=mass * self.mass,
+            com_height=length * self.com_height,
+            hip=length * self.hip,
+            foot=Foot(length=length * self.foot.length, width=length * self.foot.width),
+            gait=GaitLimits(
+                step_duration=_times(time, gait.step_duration),
+                step_x=_times(length, gait.step_x),
+                step_y=_times(length, gait.step_y),
+                dcm_offset=_times(length, gait.dcm_offset),
+            ),
+            swing=Swing(
+                height=length * swing.height,
+                landing_velocity=time * swing.landing_velocity,
+                max_speed=time * swing.max_speed,
+                max_acceleration=swing.max_acceleration,
+            ),
+            trunk=None
+            if trunk is None
+            else Trunk(
+                inertia=mass * length**2 * trunk.inertia,
+                max_torque=mass * length * trunk.max_torque,
+                max_lean=trunk.max_lean,
+            ),
+        )
+
     def replace(self, **changes: Any) -> Robot:
         """A copy with some attributes changed, checked like a file: `robot.replace(mass=70.0)`.
 
@@ -132,6 +185,10 @@ class Robot(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tru
                 "replace nested values as a whole: robot.replace(swing=Swing(max_speed=3.0))",
             )
         return msgspec.structs.replace(self, **changes)
+
+
+def _times(factor: float, pair: tuple[float, float]) -> tuple[float, float]:
+    return factor * pair[0], factor * pair[1]
 
 
 def preset_names() -> list[str]:

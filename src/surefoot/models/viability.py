@@ -79,3 +79,48 @@ def viable_offsets(
         (low_x - zmp_reach[0], low_y - zmp_reach[1]),
         (high_x + zmp_reach[0], high_y + zmp_reach[1]),
     )
+
+
+def fall_distance(robot: Robot, believed: Robot | None = None) -> float:
+    """How far the DCM can be from the support foot at most, if it can still be saved [m].
+
+    With the DCM e from the foot that stands, a step s after a time T leaves
+    e' = p + (e - p) e^(omega T) - s for a ZMP p. Where e' stays bounded for ever, e is the sum of
+    all steps to come and of what the ZMP does meanwhile, each discounted by e^(-omega t). No step
+    is longer than L, and all but the first, which may land at once, take T_min at least. So, with
+    E = e^(omega T_min),
+
+        |e| <= L (1 + 1/E + 1/E^2 + ...) + |c| = L E / (E - 1) + |c|,
+        L = hypot(the largest |X|, the largest |width|),
+
+    for whatever leg, in the middle of a step too, on soles that turn, and while both feet share the
+    load, since no foot is further away than L. A foot that comes short is between two such places.
+    A trunk of inertia J adds what its lean a, |a| <= a_max, can discounted do to the DCM, twice by
+    parts: |integral of e^(-omega t) J da'| / (m h omega) <= J (v + 2 omega a_max) / (m h omega), at
+    most v = 2 sqrt(a_max torque / J) fast. Conversely an offset that cannot be saved, by m0, is
+    beyond any distance d after ln((d + |e|) / m0) / omega at the latest. Own derivation.
+
+    Args:
+        robot: that is moved, whatever its leg can do.
+        believed: the one that its controller believes in, if that is another: its steps count too.
+    """
+    own = _farthest(robot)
+    if believed is None:
+        return own
+    # What the controller steps like, with the pendulum and the trunk that are there.
+    moved = {name: getattr(robot, name) for name in ("mass", "com_height", "gravity", "trunk")}
+    return max(own, _farthest(believed.replace(**moved)))
+
+
+def _farthest(robot: Robot) -> float:
+    gait, omega = robot.gait, robot.omega
+    length = max(abs(bound) for bound in gait.step_x)
+    width = max(abs(robot.hip + bound) for bound in gait.step_y)
+    reach, trunk, help_of_trunk = robot.foot.half, robot.trunk, 0.0
+    if trunk is not None:
+        speed = 2.0 * math.sqrt(trunk.max_lean * trunk.max_torque / trunk.inertia)
+        most = trunk.inertia * (speed + 2.0 * omega * trunk.max_lean)
+        help_of_trunk = most / (robot.mass * robot.com_height * omega)
+    # E / (E - 1), for an E close to 1 too.
+    steps = math.hypot(length, width) / -math.expm1(-omega * gait.step_duration[0])
+    return steps + math.hypot(reach[0] + help_of_trunk, reach[1] + help_of_trunk)

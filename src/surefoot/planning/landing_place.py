@@ -12,8 +12,8 @@ from surefoot.planning.anticipation import worth_after
 NEWTON_STEPS = 30
 """At most; the pieces of the cost are few, so three are usual."""
 
-RESOLUTION = 1e-15
-"""A step of Newton's method that is no longer is the last [m]."""
+RESOLUTION = 1e-13
+"""A step of Newton's method that is no longer than this part of a cell is the last."""
 
 
 @njit(forceinline=True)
@@ -121,7 +121,7 @@ def best_place(landing, situation, axis, growth, low, high, guess):
         else:
             return place, 0.0, 0
         nearer = place - slope / second
-        if abs(nearer - place) <= RESOLUTION:
+        if abs(nearer - place) <= RESOLUTION * landing.spacing[axis]:
             return nearer, 0.0, 0
         if at_low and at_high:
             first, last = place_cell(landing, axis, low), place_cell(landing, axis, high)

@@ -35,7 +35,7 @@ OUT_OF_REACH = -1e3
 """What a step is worth from which no landing is in reach [m]; finite, to be interpolated."""
 
 _SETTLED = 1e-12
-"""Evenly timed steps are done with when no value moves further [m]."""
+"""Evenly timed steps are done with when no value moves further, in widths of the step box."""
 
 BEHIND = (-1.0, 1.0)
 """Where a step l leaves the new swing foot, per l, in the frame of its own step: x, y."""
@@ -85,8 +85,8 @@ def _even_steps(low, spacing, leg, times, tables):
     now = np.empty((2, tables.shape[3]))
     for row in range(times.shape[0]):
         for axis in range(2):
-            change = math.inf
-            while change > _SETTLED:
+            change, width = math.inf, spacing[axis] * (tables.shape[3] - 1)
+            while change > _SETTLED * width:
                 _step_back(tables[row, axis], axis, low[axis], spacing[axis], times[row], leg, now)
                 change = 0.0
                 for k in range(2):

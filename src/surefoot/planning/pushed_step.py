@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from surefoot.compiling import njit
 from surefoot.models.robot import Robot
-from surefoot.models.viable_displacement import viable_displacement
+from surefoot.models.viable_displacement import NODES, viable_displacement
 from surefoot.planning.landing_schedule import (
     even_steps,
     leg_numbers,
@@ -43,14 +43,14 @@ LATER_TIMES = 4
 STARTS = 2
 """From how many of the best points of the grid, apart in the first time, the search sets out."""
 
-STRIDE = 0.03
-"""First stride of the search [s]."""
+STRIDE = 0.1
+"""First stride of the search [1/omega]."""
 
 TABLE_ERROR = 2e-5
-"""The tables tell no better; a room so near to the largest is that one [m]."""
+"""The tables tell no better; a room so near to the largest, in widths of the step box, is that."""
 
-FINEST = 1e-5
-"""The search ends below this stride: it is worth 4e-5 of the limit [s]."""
+FINEST = 3.5e-5
+"""The search ends below this stride: it is worth 4e-5 of the limit [1/omega]."""
 
 
 @njit
@@ -71,10 +71,10 @@ def _keep(source, target):
 @njit
 def _shrink(tails, low, spacing, state, leg, push, bounds, ways, schedule, work, found):
     """Improve a schedule in place, along many ways and with shrinking strides; its room."""
-    count, stride = schedule.shape[0], STRIDE
+    count, stride, finest = schedule.shape[0], STRIDE / leg[2], FINEST / leg[2]
     trial, came_from, change = np.empty(count), np.empty(count), np.empty(count)
     room = room_of_schedule(tails, low, spacing, state, leg, push, schedule, work, found)
-    while stride > FINEST:
+    while stride > finest:
         before = room
         _keep(schedule, came_from)
         for way in range(ways.shape[0] + 1):
@@ -212,11 +212,12 @@ class PushedStep:
         rooms = self.axis_rooms()
         enough, starts = min(rooms.values()), []
         tables = viable_displacement(self.robot)
+        rounding = TABLE_ERROR * (NODES - 1) * max(tables.spacing)
         for axis, sign in rooms:
             own = np.empty(OWN_LANDINGS + 1)
             numbers = self._numbers(tables.values)[:5]
             own_schedule(*numbers, axis, 0 if sign > 0 else 1, self.elapsed, own)
-            if self.room(own, apart=True) > enough - TABLE_ERROR:
+            if self.room(own, apart=True) > enough - rounding:
                 return enough, tuple(own.tolist())
             starts.append(own[: landings + 1])
         bounds = np.full((landings + 1, 2), tables.step_duration)

@@ -6,6 +6,9 @@ import math
 
 from surefoot.compiling import njit
 
+ROUNDING = 1e-10
+"""Corners that differ by less, as a part of the size of both soles, are one."""
+
 
 @njit
 def nearest_under_foot(
@@ -63,19 +66,20 @@ def nearest_under_feet(
         The nearest point (x, y), the point itself if it is inside [m].
     """
     inside, best, best_x, best_y = True, math.inf, x, y
+    size = half_x * half_x + half_y * half_y + other_x * other_x + other_y * other_y
     for i in range(8):
         from_x, from_y = _corner(i, other_x, other_y, half_x, half_y, yaw, other_yaw)
         for j in range(8):
             to_x, to_y = _corner(j, other_x, other_y, half_x, half_y, yaw, other_yaw)
             edge_x, edge_y = to_x - from_x, to_y - from_y
             length = edge_x * edge_x + edge_y * edge_y
-            if length < 1e-18:
+            if length < ROUNDING * ROUNDING * size:
                 continue
             least = 0.0
             for k in range(8):
                 far_x, far_y = _corner(k, other_x, other_y, half_x, half_y, yaw, other_yaw)
                 least = min(least, edge_x * (far_y - from_y) - edge_y * (far_x - from_x))
-            if least < -1e-12:
+            if least < -ROUNDING * size:
                 continue
             away_x, away_y = x - from_x, y - from_y
             if edge_x * away_y - edge_y * away_x < 0.0:

@@ -158,7 +158,12 @@ class _Scene(NamedTuple):
         wrong = replace(about.disturbance or Disturbance(), seed=seed)
         plant, estimator = about.plant, about.estimator
         return self._replace(
-            simulator=LipmSimulator(plant, self.controller.period, disturbance=wrong),
+            simulator=LipmSimulator(
+                plant,
+                self.controller.period,
+                disturbance=wrong,
+                believed=self.controller.robot,
+            ),
             senses=Senses(self.controller, plant, wrong, estimator),
         )
 
@@ -186,10 +191,12 @@ class _Question(NamedTuple):
         disturbance = disturbance or self.disturbance
         return _Scene(
             controller,
-            LipmSimulator(plant, controller.period, disturbance=disturbance),
+            LipmSimulator(
+                plant, controller.period, disturbance=disturbance, believed=controller.robot
+            ),
             Senses(controller, plant, disturbance, self.estimator),
             controller.first_observation(self.first_support),
-            new_progress(plant, controller.gait.velocity, duration, ends_early=self.ends_early),
+            new_progress(plant, controller, duration, ends_early=self.ends_early),
         )
 
 

@@ -48,6 +48,9 @@ class Disturbance:
     The pendulum's estimate (`com`, `com_velocity`, `dcm`) may be noisy, late and off. Clock, own
     feet and contact are not: encoders, gyroscopes and foot switches are fast and good.
 
+    All of it is absolute and off by default: the noise of a sensor, the delay of a bus and the
+    roughness of a floor do not shrink with the robot that meets them.
+
     Args:
         dcm_noise: standard deviation of what is added to CoM and DCM alike, drawn anew for each
             axis in every control cycle [m].

@@ -27,16 +27,15 @@ from surefoot.models.pushes import PUSH, Push, force_until_change, push_records
 from surefoot.models.record import new_array
 from surefoot.models.robot import Robot
 from surefoot.models.trunk import trunk_flow
+from surefoot.models.viability import fall_distance
 from surefoot.simulation.disturbance import Disturbance, misplace
-
-FALL_DISTANCE = 1.5
-"""A robot whose DCM is further from its support foot than this has fallen [m]."""
 
 SLIVER = 1e-6
 """Fraction of a period that is no cycle."""
 
 OTHER_PENDULUM = 1e-9
-"""A DCM this far from what CoM and velocity make it is that of another robot [m]."""
+"""A DCM this far from what CoM and velocity make it is that of another robot, as a fraction of the
+height of the CoM."""
 
 LIPM_PARAMETERS = np.dtype(
     [
@@ -49,6 +48,7 @@ LIPM_PARAMETERS = np.dtype(
         ("inertia", "f8"),
         ("max_torque", "f8"),
         ("max_lean", "f8"),
+        ("fall_distance", "f8"),
         ("landing_error", "f8"),
         ("touchdown_shift", "f8"),
         ("seed", "i8"),
@@ -236,7 +236,7 @@ def lipm_cycle(parameters, world, command, pushes, next_world):
         observation.dcm[1] - observation.support_foot[1],
     )
     # What is no number has fallen too.
-    next_world.fallen = 0 if distance <= FALL_DISTANCE else 1
+    next_world.fallen = 0 if distance <= parameters.fall_distance else 1
 
 
 @njit
@@ -258,6 +258,9 @@ class LipmSimulator:
         period: control period [s].
         pushes: forces on the CoM.
         disturbance: of where and when feet land; what is seen is the matter of `Senses`.
+        believed: the robot of the controller, if it is another one; it has fallen when the DCM is
+            further from the support foot than steps of either can save: see
+            `models.viability.fall_distance`.
 
     Raises:
         ParameterError: the period is not positive.
@@ -267,6 +270,7 @@ class LipmSimulator:
     period: float = 0.001
     pushes: Sequence[Push] = ()
     disturbance: Disturbance | None = None
+    believed: Robot | None = None
     parameters: NDArray[np.void] = field(init=False, repr=False, compare=False)
     push_array: NDArray[np.void] = field(init=False, repr=False, compare=False)
 
@@ -277,6 +281,7 @@ class LipmSimulator:
         parameters["period"], parameters["max_speed"] = self.period, self.robot.swing.max_speed
         parameters["max_acceleration"] = self.robot.swing.max_acceleration
         parameters["com_height"] = self.robot.com_height
+        parameters["fall_distance"] = fall_distance(self.robot, self.believed)
         trunk = self.robot.trunk
         if trunk is not None:
             parameters["inertia"] = trunk.inertia
@@ -305,7 +310,7 @@ class LipmSimulator:
         world = new_array(LIPM_WORLD)
         world["observation"] = observation.array
         dcm = observation.com + observation.com_velocity / self.robot.omega
-        if np.abs(dcm - observation.dcm).max() > OTHER_PENDULUM:
+        if np.abs(dcm - observation.dcm).max() > OTHER_PENDULUM * self.robot.com_height:
             world["observation"]["dcm"] = dcm
         world["step_start"] = observation.time - observation.elapsed
         world["cycle"] = round(observation.elapsed / self.period)

@@ -1,8 +1,10 @@
 """How a walk ended, and the rule by which a robot counts as recovered.
 
-Recovered: the DCM error over the last finished step is below 1 cm, and the mean velocity over the
-last two is within 2 % of the command (or 0.01 m/s, where that is more). A body in physics, which
-is never as exact, has recovered if it walks on for 5 s, or takes its last steps as before the push.
+Recovered: the DCM error over the last finished step is below 4 % of the room R of the gait, and the
+mean velocity over the last two is within 2 % of the command (or 0.36 % of sqrt(g h), where that is
+more): on the paper's biped 1 cm and 0.01 m/s. A body in physics, which is never as exact, has
+recovered if it walks on for 16 / omega, or takes its last steps as before the push. All is said in
+the robot's own lengths and times, so that robots that are alike but for their size end alike.
 """
 
 from __future__ import annotations
@@ -13,27 +15,43 @@ from dataclasses import dataclass
 from enum import Enum
 
 import numpy as np
+from numpy.typing import NDArray
 
 from surefoot.compiling import njit
+from surefoot.errors import RobotError
 from surefoot.models.footsteps import Footstep
+from surefoot.models.interfaces import Controller
 from surefoot.models.plane import length
 from surefoot.models.pushes import Push
+from surefoot.models.record import new_array
+from surefoot.models.robot import Robot
+from surefoot.planning.nominal_gait import gait_room
 
-SETTLED_ERROR = 0.01
-"""Largest DCM error of a settled step [m]."""
+SETTLED_ROOM = 0.04
+"""Largest DCM error of a settled step, as a fraction of how much the gait could bear."""
 
 SETTLED_VELOCITY = 0.02
 """Largest deviation of the mean velocity, as a fraction of the command."""
 
-SETTLED_SLOWEST = 0.01
-"""Deviation that is always allowed: 2 % of standing still is no yardstick [m/s]."""
+SETTLED_SLOWEST = 0.0036
+"""Deviation that is always allowed, as a fraction of sqrt(g h): 2 % of standing still is no
+yardstick."""
 
-WALKED_ON = 5.0
-"""A body that walks for so long after a push has recovered [s]."""
+RECOVERY_TIME, RECOVERY_STEPS = 28.0, 16.0
+"""A robot that is not back on the nominal gait this long after a push has not recovered: a time of
+1 / omega, and of T_nom where that is longer."""
 
-BACK_STEPS, BACK_OFFSET, BACK_TIME = 4, (0.03, 0.015), 0.02
-"""Likewise one whose last steps are like those before: how many, difference of the DCM offset in x
-and y [m], and of the duration [s]. In x there is the speed that makes up for the lost way."""
+WALKED_ON, WALKED_STEPS = 16.0, 8.0
+"""A body that walks for so long after a push has recovered: likewise."""
+
+BACK_STEPS, BACK_OFFSET, BACK_TIME = 4, (0.0375, 0.01875), 0.04
+"""Likewise one whose last steps are like those before: how many; difference of the DCM offset in x
+and y, in heights of the CoM, and of the duration, as a fraction of it. In x there is the speed that
+makes up for the lost way."""
+
+SETTLED = np.dtype([("velocity", "f8", (2,)), ("deviation", "f8"), ("error", "f8")])
+"""What a settled robot does: velocity commanded, and how far its mean may be from that [m/s];
+largest DCM error [m]."""
 
 MONITOR = np.dtype(
     [
@@ -122,14 +140,62 @@ def mean_velocity(monitor):
 
 
 @njit
-def is_settled(monitor, velocity_x: float, velocity_y: float) -> bool:
-    """Whether the robot is on the nominal gait again; see the head of this file."""
+def is_settled(monitor, rule) -> bool:
+    """Whether the robot is on the nominal gait again; see the head of this file.
+
+    Args:
+        monitor: a `MONITOR` record.
+        rule: a `SETTLED` record.
+    """
     mean_x, mean_y = mean_velocity(monitor)
-    allowed = max(SETTLED_VELOCITY * length(velocity_x, velocity_y), SETTLED_SLOWEST)
+    velocity = rule.velocity
     # Comparisons with NaN are false: nobody is settled before two steps are finished.
     return (
-        monitor.last_error < SETTLED_ERROR
-        and length(mean_x - velocity_x, mean_y - velocity_y) <= allowed
+        monitor.last_error < rule.error
+        and length(mean_x - velocity[0], mean_y - velocity[1]) <= rule.deviation
+    )
+
+
+def settled_error(controller: Controller) -> float:
+    """The largest DCM error of a step that is settled, 4 % of the room of the gait [m].
+
+    The room is what `planning.nominal_gait.gait_room` says of a whole sole. A leg that cannot step
+    at all has none: then it is that of one without limits.
+    """
+    robot, gait = controller.robot, controller.gait
+    try:
+        room = gait_room(robot, gait, robot.foot.half)
+    except RobotError:
+        free = robot.with_leg(max_speed=math.inf, max_acceleration=math.inf)
+        room = gait_room(free, gait, robot.foot.half)
+    return SETTLED_ROOM * room
+
+
+def settled_rule(robot: Robot, velocity: tuple[float, float], error: float) -> NDArray[np.void]:
+    """A `SETTLED` record, shape (1,).
+
+    Args:
+        robot: that is moved.
+        velocity: commanded [m/s].
+        error: of `settled_error` [m].
+    """
+    rule = new_array(SETTLED)
+    slowest = SETTLED_SLOWEST * math.sqrt(robot.gravity * robot.com_height)
+    rule["velocity"], rule["error"] = velocity, error
+    rule["deviation"] = max(SETTLED_VELOCITY * math.hypot(*velocity), slowest)
+    return rule
+
+
+def recovery_time(controller: Controller) -> float:
+    """How long after a push a robot must be back on its gait [s].
+
+    From any state that can be saved a gait that is stepped by is back in a number of steps that
+    does not depend on the state but by its logarithm: N <= ln(M / m0) / (omega T_min) + 1, as long
+    as each of them takes T_min. That is a time in 1 / omega where steps are quick, and a number of
+    steps where a robot takes its time: on the paper's biped 8 s are 16 steps of 0.5 s.
+    """
+    return max(
+        RECOVERY_TIME / controller.robot.omega, RECOVERY_STEPS * controller.gait.step_duration
     )
 
 
@@ -140,27 +206,32 @@ def watch_all(monitors, observations, commands):
         watch(monitors[0], observations[i], commands[i])
 
 
-def has_walked_on(steps: Sequence[Footstep], pushes: Sequence[Push], end: float) -> bool:
+def has_walked_on(
+    robot: Robot, steps: Sequence[Footstep], pushes: Sequence[Push], end: float
+) -> bool:
     """Whether a body that did not fall has recovered from its pushes.
 
     Args:
+        robot: whose body it is.
         steps: the finished ones.
         pushes: those that have begun.
         end: of the run [s].
     """
     first, last = min(push.start for push in pushes), max(push.end for push in pushes)
-    if end - last >= WALKED_ON:
-        return True
     usual = {}
     for step in steps:
         if step.start + step.duration <= first:
             usual[step.side] = step
+    longest = max((step.duration for step in usual.values()), default=0.0)
+    if end - last >= max(WALKED_ON / robot.omega, WALKED_STEPS * longest):
+        return True
     since = [step for step in steps if step.start >= last][-BACK_STEPS:]
     if len(since) < BACK_STEPS or len(usual) < 2:
         return False
-    return all(_is_like(step, usual[step.side]) for step in since)
+    return all(_is_like(robot, step, usual[step.side]) for step in since)
 
 
-def _is_like(step: Footstep, usual: Footstep) -> bool:
-    away = np.abs(np.subtract(step.dcm_offset, usual.dcm_offset))
-    return bool((away < BACK_OFFSET).all()) and abs(step.duration - usual.duration) < BACK_TIME
+def _is_like(robot: Robot, step: Footstep, usual: Footstep) -> bool:
+    away = np.abs(np.subtract(step.dcm_offset, usual.dcm_offset)) / robot.com_height
+    late = abs(step.duration - usual.duration) / usual.duration
+    return bool((away < BACK_OFFSET).all()) and late < BACK_TIME

@@ -9,17 +9,23 @@ from numpy.typing import NDArray
 
 from surefoot.compiling import njit
 from surefoot.models.footsteps import Side
-from surefoot.models.interfaces import OBSERVATION
+from surefoot.models.interfaces import OBSERVATION, Controller
 from surefoot.models.record import new_array
 from surefoot.models.robot import Robot
 from surefoot.models.viability import viable_offsets
-from surefoot.simulation.outcome import is_settled, watch
+from surefoot.simulation.outcome import (
+    SETTLED,
+    is_settled,
+    settled_error,
+    settled_rule,
+    watch,
+)
 
 PROGRESS = np.dtype(
     [
         ("quiet_time", "f8"),
         ("duration", "f8"),
-        ("velocity", "f8", (2,)),
+        ("rule", SETTLED),
         ("viable_min", "f8", (2, 2)),
         ("viable_max", "f8", (2, 2)),
         ("ends_early", "?"),
@@ -35,7 +41,7 @@ PROGRESS = np.dtype(
         ("settled", "?"),
     ],
 )
-"""The question: when the last push is over and when the walk is [s], the command [m/s], the DCM
+"""The question: when the last push is over and when the walk is [s], what is settled, the DCM
 offsets at touchdown that can be saved, by the side that has landed [m], and whether the walk ends
 once it is settled. And how it stands: cycles, finished steps, those of them that were finished
 before the last push was over, what became of the push (see `WALK_RESULT`), and how it ended."""
@@ -99,7 +105,7 @@ def see(monitor, world, command, progress):
         if observation.time <= quiet:
             progress.steps_pushed = progress.steps
         elif progress.recovery_steps < 0:
-            recovered = is_settled(monitor, progress.velocity[0], progress.velocity[1])
+            recovered = is_settled(monitor, progress.rule)
     progress.fallen = world.fallen != 0
     if recovered and not progress.fallen:
         progress.recovery_time = observation.time - quiet
@@ -107,7 +113,7 @@ def see(monitor, world, command, progress):
     over = progress.fallen or observation.time >= progress.duration
     progress.ended = over or (progress.ends_early and progress.recovery_steps >= 0)
     if progress.ended:
-        settled = is_settled(monitor, progress.velocity[0], progress.velocity[1])
+        settled = is_settled(monitor, progress.rule)
         progress.settled = settled and not progress.fallen
 
 
@@ -124,7 +130,7 @@ def finish(progress, observation, result):
 
 def new_progress(
     robot: Robot,
-    velocity: tuple[float, float],
+    controller: Controller,
     duration: float,
     *,
     quiet_time: float = 0.0,
@@ -134,13 +140,13 @@ def new_progress(
 
     Args:
         robot: that is moved; a whole sole counts for what it can save.
-        velocity: commanded [m/s].
+        controller: whose gait it is to walk.
         duration: how long to walk at most [s].
         quiet_time: when the last push is over [s].
         ends_early: whether the walk ends once it is settled after that.
     """
     progress = new_array(PROGRESS)
-    progress["velocity"] = velocity
+    progress["rule"] = settled_rule(robot, controller.gait.velocity, settled_error(controller))
     progress["quiet_time"], progress["duration"] = quiet_time, duration
     progress["ends_early"] = ends_early
     for row, side in enumerate((Side.RIGHT, Side.LEFT)):

@@ -31,6 +31,7 @@ from surefoot.simulation.outcome import (
     has_walked_on,
     is_settled,
     mean_velocity,
+    settled_rule,
     watch_all,
 )
 from surefoot.simulation.rollout_file import read_rollout, write_rollout
@@ -58,6 +59,8 @@ class Rollout:
         version: of Surefoot.
         body: what the mechanism did, if it was a body in physics; None for a point mass.
         lost_cycles: how many at the end were lost with that of the file it was read from.
+        settled_error: largest DCM error of a step that is settled, see `simulation.outcome`; 0
+            of a body in physics, which has another rule [m].
     """
 
     robot: Robot
@@ -75,6 +78,7 @@ class Rollout:
     version: str = ""
     body: BodyTrace | None = field(default=None, repr=False)
     lost_cycles: int = 0
+    settled_error: float = 0.0
 
     def __post_init__(self) -> None:
         if not len(self.seen):
@@ -148,7 +152,7 @@ class Rollout:
         excess = np.empty(len(self.time))
         distances_to_support(self.observations, self.commands, *self.robot.foot.half, excess)
         # A ZMP projected onto the edge differs from it by the rounding of the world coordinates.
-        return np.where(excess > 1e-12, excess, 0.0)
+        return np.where(excess > 1e-11 * self.robot.foot.length, excess, 0.0)
 
     @property
     def velocity(self) -> tuple[float, float]:
@@ -220,7 +224,8 @@ class Rollout:
         pushed = any(push.start < self.time[-1] for push in self.pushes)
         if self.body is not None:
             return self._body_outcome()
-        if not is_settled(self._monitor[0], *self.velocity):
+        rule = settled_rule(self.robot, self.velocity, self.settled_error)
+        if not is_settled(self._monitor[0], rule[0]):
             return Outcome.UNSETTLED
         return Outcome.RECOVERED if pushed else Outcome.WALKED
 
@@ -229,7 +234,7 @@ class Rollout:
         begun = [push for push in self.pushes if push.start < end]
         if not begun:
             return Outcome.WALKED
-        on = has_walked_on(self.footsteps, begun, end)
+        on = has_walked_on(self.robot, self.footsteps, begun, end)
         return Outcome.RECOVERED if on else Outcome.UNSETTLED
 
     @cached_property

@@ -22,6 +22,9 @@ PLAIN, DISTURBED, BODY, CUT = 1, 2, 3, 4
 """Versions of what there is to say: the least; with what a controller saw that was not the truth;
 with a body; of a walk whose end is lost. A reader refuses what it does not know."""
 
+OLD_SETTLED_ERROR = 0.01
+"""Largest DCM error of a settled step where a file does not say it: once it was that of all [m]."""
+
 RECORDS = {"observations": OBSERVATION, "seen": OBSERVATION, "commands": COMMAND}
 """Arrays of records, and what those are."""
 
@@ -63,6 +66,7 @@ def parts_of(values: Mapping[str, Any]) -> Parts:
         "lost_cycles": values["lost_cycles"],
         "disturbance": None if disturbance is None else asdict(disturbance),
         "estimator": values["estimator"],
+        "settled_error": values["settled_error"],
         "body": body,
     }
     return Parts(about, arrays, of_body)
@@ -128,6 +132,7 @@ def _values(parts: Parts) -> dict[str, Any]:
         "disturbance": disturbance,
         "estimator": about.get("estimator", ""),
         "version": about["version"],
+        "settled_error": float(about.get("settled_error", OLD_SETTLED_ERROR)),
         "body": trace_of(about["body"], parts.of_body) if about.get("body") else None,
         **parts.arrays,
     }

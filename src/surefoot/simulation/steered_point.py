@@ -25,6 +25,7 @@ from surefoot.simulation.description import describe
 from surefoot.simulation.disturbance import Disturbance
 from surefoot.simulation.glimpse import Glimpse, acting_force
 from surefoot.simulation.lipm_simulator import LipmSimulator
+from surefoot.simulation.outcome import settled_error
 from surefoot.simulation.rollout import Rollout
 from surefoot.simulation.senses import Senses
 from surefoot.version import VERSION
@@ -81,7 +82,9 @@ class SteeredPoint:
         self._about = type(controller).__name__, describe(controller)
         self._disturbance, self._estimator = disturbance, estimator
         self.steering = Steering(controller.gait.velocity)
-        self._simulator = LipmSimulator(plant, controller.period, pushes, disturbance)
+        self._simulator = LipmSimulator(
+            plant, controller.period, pushes, disturbance, controller.robot
+        )
         self._senses = Senses(controller, plant, disturbance, estimator)
         observation = controller.first_observation(first_support)
         self._world, self._sensed = self._simulator.start(observation), self._senses.start()
@@ -165,7 +168,7 @@ class SteeredPoint:
         answer = turned(command, self._heading)
         if turn != 0.0:
             elapsed = self._world["observation"]["elapsed"][0] + self._controller.period
-            part = min(elapsed / max(command["step_duration"][0], 1e-9), 1.0)
+            part = min(elapsed / max(command["step_duration"][0], self._controller.period), 1.0)
             answer = copy_array(answer)
             answer["swing_yaw"] = self._heading + turn * (2.0 * part - 1.0)
         return answer
@@ -230,6 +233,7 @@ class SteeredPoint:
             disturbance=self._disturbance,
             estimator="" if self._estimator is None else describe(self._estimator),
             version=VERSION,
+            settled_error=settled_error(self._controller),
         )
 
     def _velocities_since(self, first: float) -> list[Velocity]:

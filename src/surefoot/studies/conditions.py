@@ -1,4 +1,7 @@
-"""The disturbances of the noise-and-delay budget, by name, and what helps against some of them."""
+"""The disturbances of the noise-and-delay budget, by name, and what helps against some of them.
+
+They are those of sensors, buses and floors, so they are absolute: a small robot meets the same.
+"""
 
 from __future__ import annotations
 

@@ -12,8 +12,10 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from surefoot.control.methods import method
 from surefoot.control.settings import settings
 from surefoot.errors import ParameterError
+from surefoot.models.robot import Robot, load_robot
 
 DIGITS = 3
 """A value that is tried is rounded to these digits: it is to be read and copied."""
@@ -76,19 +78,19 @@ RANGES: Mapping[str, tuple[Knob, ...]] = {
 """What is searched unless one is told otherwise, by the key of the method."""
 
 
-def knobs_of(key: str, asked: Iterable[str] = ()) -> tuple[Knob, ...]:
+def knobs_of(key: str, asked: Iterable[str] = (), robot: Robot | None = None) -> tuple[Knob, ...]:
     """The knobs that are to be searched.
 
     Args:
         key: of the method.
         asked: `NAME` or `NAME=LOW:HIGH`; only these are searched. All of `RANGES` if none.
+        robot: whose they are, the paper's biped if None: some defaults follow from it.
 
     Raises:
         ParameterError: a method without knobs, an unknown one, or a range that is none or leaves
             out the default.
     """
-    usual = {knob.name: knob for knob in RANGES.get(key, ())}
-    defaults = settings(key)
+    usual = {knob.name: knob for knob in RANGES.get(method(key).key, ())}
     texts = list(asked)
     if not usual:
         raise ParameterError(
@@ -98,6 +100,7 @@ def knobs_of(key: str, asked: Iterable[str] = ()) -> tuple[Knob, ...]:
         )
     if not texts:
         return tuple(usual.values())
+    defaults = _defaults(key, robot)
     possible = [*usual, *(name for name in _settable(defaults) if name not in usual)]
     knobs = [_knob(text, usual, possible) for text in texts]
     names = [knob.name for knob in knobs]
@@ -116,10 +119,10 @@ def knobs_of(key: str, asked: Iterable[str] = ()) -> tuple[Knob, ...]:
 
 
 def parameters_of(
-    key: str, knobs: Iterable[Knob], values: Mapping[str, float]
+    key: str, knobs: Iterable[Knob], values: Mapping[str, float], robot: Robot | None = None
 ) -> dict[str, float | tuple[float, ...]]:
     """The parameters of a method that differ from its defaults, with knobs at these values."""
-    defaults = settings(key)
+    defaults = _defaults(key, robot)
     changed: dict[str, Any] = {}
     for knob in knobs:
         if values[knob.name] == knob.read(defaults):
@@ -134,10 +137,16 @@ def parameters_of(
     return changed
 
 
-def defaults_of(key: str, knobs: Iterable[Knob]) -> dict[str, float]:
+def defaults_of(key: str, knobs: Iterable[Knob], robot: Robot | None = None) -> dict[str, float]:
     """The default of every knob."""
-    defaults = settings(key)
+    defaults = _defaults(key, robot)
     return {knob.name: knob.read(defaults) for knob in knobs}
+
+
+def _defaults(key: str, robot: Robot | None) -> dict[str, Any]:
+    """All settings of a method as they are where none is given, for a robot that stands."""
+    made = method(key).controller(robot or load_robot("paper-biped"), (0.0, 0.0))
+    return {name: getattr(made, name) for name in settings(key)}
 
 
 def rounded(value: float) -> float:

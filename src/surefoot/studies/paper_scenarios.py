@@ -88,7 +88,7 @@ def replay_fall(robot: Robot, double_support: float, pushes: Sequence[Push] = ()
     """
     controller = DcmTracking(robot, VELOCITY, project_zmp=False, double_support=double_support)
     plan = simulate(controller, REPLAY_DURATION)
-    gain = 1.0 + controller.dcm_gain / robot.omega
+    gain = float(controller.parameters["zmp_gain"][0])
     commands = plan.commands.copy()
     commands["zmp"] = _planned_zmp(plan, gain)
     simulator = LipmSimulator(robot, controller.period, pushes)

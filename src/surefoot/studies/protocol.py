@@ -77,7 +77,7 @@ class Protocol:
         push_durations: [s].
         step: of the scan over the impulse [N s].
         disturbances: keys of `studies.conditions`. If anything but "none" is among them, a push is
-            survived if the robot has not fallen 8 s later: under noise nobody settles.
+            survived if the robot has not fallen by `recovery_time`: under noise nobody settles.
         seeds: with how many a disturbance is walked that is drawn; the worst counts.
 
     Raises:

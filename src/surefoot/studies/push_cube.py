@@ -28,11 +28,11 @@ from surefoot.models.pushes import PUSH
 from surefoot.planning.push_limit import check_leg, fixed_steps_limit, push_limit
 from surefoot.simulation.batch import simulate_batch
 from surefoot.simulation.description import describe
+from surefoot.simulation.outcome import recovery_time
 from surefoot.simulation.walks import Walks
 from surefoot.studies.cell_work import Report, Row, without_infinity
 from surefoot.studies.provenance import made_with, sources_stamp
 from surefoot.studies.push_grid import PushGrid
-from surefoot.studies.push_recovery import RECOVERY_TIME
 from surefoot.studies.shards import Shards, write_table
 from surefoot.version import VERSION
 
@@ -40,8 +40,8 @@ TABLE = "push-map.parquet"
 """The name of the table in its folder."""
 
 RECOVERED, UNSETTLED, FELL, NOT_WALKED = 0, 1, 2, -1
-"""What becomes of a walk: back on its gait 8 s after the push; still walking, but beside it; on the
-ground. And an impulse that the fast way has passed over."""
+"""What becomes of a walk: back on its gait in time after the push; still walking, but beside it; on
+the ground. And an impulse that the fast way has passed over."""
 
 FAILURES = ("none", "unsettled", "fell")
 """The same in words, of the smallest impulse that fails."""
@@ -174,7 +174,7 @@ def measure_phase(
         results = simulate_batch(
             controller,
             Walks(pushes=_pushes(grid, start, cells, numbers)),
-            start + grid.push_duration + RECOVERY_TIME,
+            start + grid.push_duration + recovery_time(controller),
             first_support=grid.support_side,
             stop_when_settled=True,
             workers=workers,

@@ -21,10 +21,10 @@ from surefoot.models.pushes import Push
 from surefoot.models.robot import Robot
 from surefoot.simulation.batch import simulate_batch
 from surefoot.simulation.disturbance import Disturbance
+from surefoot.simulation.outcome import recovery_time
 
-RECOVERY_TIME = 8.0
-"""A robot that is not back on the nominal gait this long after the push has not recovered [s]."""
-
+LARGEST = 2.1
+"""Where a scan gives up, as a multiple of m sqrt(g h)."""
 
 COMPILED_PORTION, PORTION = 64, 8
 """How many impulses are tried at once, with a compiled controller and without."""
@@ -64,7 +64,7 @@ def smallest_failing_push(
     start: float = 1.1,
     duration: float = 0.2,
     step: float = 1.0,
-    largest: float = 400.0,
+    largest: float | None = None,
     first_support: Side = Side.RIGHT,
     workers: int | None = None,
     plant: Robot | None = None,
@@ -74,9 +74,12 @@ def smallest_failing_push(
 ) -> PushLimit:
     """Scan the impulse upwards from zero until the robot does not recover.
 
-    Recovered: it never falls, and within 8 s after the push it is settled on the nominal gait (see
-    `simulation.outcome`). Under noise or with an offset nobody settles to 1 cm; without
-    `must_settle` it is enough not to have fallen 8 s after the push.
+    Recovered: it never falls, and within `recovery_time` after the push it is settled on the
+    nominal gait (see `simulation.outcome`; of the paper's biped 8 s, and 1 cm). Under noise or with
+    an offset nobody settles; without `must_settle` it is enough not to have fallen by then.
+
+    Start, duration and step of the scan are part of the question, by default those of the paper's
+    biped: for a robot of another size give them as shares of its T_nom and of its `push_limit`.
 
     Args:
         controller: what decides.
@@ -84,7 +87,8 @@ def smallest_failing_push(
         start: when the push begins [s].
         duration: how long it lasts [s].
         step: distance between neighbouring impulses [N s].
-        largest: where the scan gives up [N s].
+        largest: where the scan gives up; if None at 2.1 m sqrt(g h), 400 for the paper's biped
+            [N s].
         first_support: the foot that stands in the first step.
         workers: threads, all cores if None.
         plant: the robot that is pushed, if it is not the one the controller believes in.
@@ -105,12 +109,14 @@ def smallest_failing_push(
         raise ParameterError(
             "a direction (x, y) of some length", repr(direction), "write (1.0, 0.0) for forward"
         )
+    pushed = plant or controller.robot
+    if largest is None:
+        largest = LARGEST * pushed.mass * math.sqrt(pushed.gravity * pushed.com_height)
     for name, value, unit in (
         ("duration", duration, "s"), ("step", step, "N s"), ("largest", largest, "N s"),
     ):  # fmt: skip
         check_number(name, value, 0.0, unit, above=True)
     unit_vector = (direction[0] / length, direction[1] / length)
-    mass = (plant or controller.robot).mass
     impulses: NDArray[np.float64] = step * np.arange(math.floor(largest / step) + 1.0)
     # In portions, so that a scan ends soon after the first failure.
     size = PORTION if controller.kernel is None else COMPILED_PORTION
@@ -121,7 +127,7 @@ def smallest_failing_push(
         results = simulate_batch(
             controller,
             pushes,
-            start + duration + RECOVERY_TIME,
+            start + duration + recovery_time(controller),
             first_support=first_support,
             stop_when_settled=must_settle,
             workers=workers,
@@ -133,7 +139,7 @@ def smallest_failing_push(
         if len(failed):
             impulse = float(portion[failed[0]])
             fell = bool(results["fallen"][failed[0]])
-            return PushLimit(unit_vector, impulse, impulse / mass, fell, impulse, step)
+            return PushLimit(unit_vector, impulse, impulse / pushed.mass, fell, impulse, step)
     return PushLimit(unit_vector, math.inf, math.inf, False, float(impulses[-1]), step)
 
 

@@ -13,8 +13,9 @@ from surefoot.models.footsteps import Side
 from surefoot.models.robot import Robot
 from surefoot.planning.push_limit import push_limit
 from surefoot.simulation.batch import simulate_batch
+from surefoot.simulation.outcome import recovery_time
 from surefoot.simulation.walks import Walks
-from surefoot.studies.push_recovery import RECOVERY_TIME, smallest_failing_push
+from surefoot.studies.push_recovery import smallest_failing_push
 from surefoot.studies.sweep_parameters import Situation, situation
 from surefoot.studies.sweep_sampling import SweepCell
 from surefoot.studies.sweep_study import Study
@@ -108,7 +109,9 @@ def _walks(situations: Sequence[Situation], disturbed: bool) -> list[dict[str, A
         controllers=[one.controller for one in situations],
         plants=[one.plant for one in situations],
         disturbances=[one.disturbance for one in situations] if disturbed else None,  # type: ignore[misc]
-        durations=[end + RECOVERY_TIME for end in ends],
+        durations=[
+            end + recovery_time(one.controller) for one, end in zip(situations, ends, strict=True)
+        ],
     )
     results = simulate_batch(
         situations[0].controller,

@@ -13,7 +13,7 @@ from surefoot.version import VERSION
 from surefoot.viewers import palette
 from surefoot.viewers.budget import Budget, Kept, Wrong
 from surefoot.viewers.budget_figure import budget_figure, lost_words
-from surefoot.viewers.compare_words import percent
+from surefoot.viewers.compare_words import TIME_WORDS, percent
 from surefoot.viewers.picture_file import picture_bytes
 from surefoot.viewers.plain_table import markdown_table
 from surefoot.viewers.report_files import write_files
@@ -22,8 +22,8 @@ TEXT, PICTURE = "budget.md", "budget.png"
 """Names of the files."""
 
 RULE = (
-    "A push is survived if the robot has not fallen 8 s after it, with the same rule for the "
-    "undisturbed walk: under noise nobody is back on the gait to 1 cm. The limit is that of any "
+    f"A push is survived if the robot has not fallen {TIME_WORDS} after it, with the same rule "
+    "for the undisturbed walk: under noise nobody is back on the gait. The limit is that of any "
     "policy on the robot that is really pushed, undisturbed. Where a disturbance takes several "
     "walks, one for each seed or direction, the worst counts."
 )

@@ -5,10 +5,30 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+from surefoot.simulation.outcome import (
+    RECOVERY_STEPS,
+    RECOVERY_TIME,
+    SETTLED_ROOM,
+    SETTLED_VELOCITY,
+)
 from surefoot.viewers.comparison import DIRECTIONS, Cell, Comparison
 
 ROUNDING = 1e-9
 """A limit that is passed by this fraction of it is reached."""
+
+TIME_WORDS = (
+    f"{RECOVERY_TIME:g}/ω (8 s on the paper's biped), or {RECOVERY_STEPS:g} steps where these take "
+    "longer,"
+)
+"""How long a push is looked after."""
+
+RECOVERED_WORDS = (
+    f"Recovered means that the robot never falls and that within {TIME_WORDS} it is back on its "
+    f"gait: the DCM error of a whole step is below {100.0 * SETTLED_ROOM:g} % of what the gait has "
+    "room for (1 cm on the paper's biped), and the mean velocity is within "
+    f"{100.0 * SETTLED_VELOCITY:g} % of the command."
+)
+"""The rule of `simulation.outcome`."""
 
 HEADING = "How hard a push each method survives"
 """Of page and report."""
@@ -75,10 +95,8 @@ def protocol(measured: Comparison) -> list[str]:
         f"upwards in steps of {steps} N s, until the robot does not recover. Survival is not "
         "monotone in the impulse, so nothing is bisected: the smallest failing impulse ends the "
         "scan, and what is survived is the largest impulse below it.",
-        "Recovered means that the robot never falls and that within 8 s it is back on its gait: "
-        "the DCM error of a whole step is below 1 cm, and the mean velocity is within 2 % of the "
-        "command. A robot that keeps walking but does not come back has failed too; it is counted "
-        "apart, as not settled.",
+        f"{RECOVERED_WORDS} A robot that keeps walking but does not come back has failed too; it "
+        "is counted apart, as not settled.",
         f"Directions: {directions}. The right foot stands when the push comes. Outward is towards "
         "the swing foot, inward is over the supporting foot to the other side. "
         f"Pushes start at these fractions of the step: {phases}. They last "

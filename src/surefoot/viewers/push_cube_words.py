@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from surefoot.viewers.compare_words import angle_words, percent
+from surefoot.viewers.compare_words import RECOVERED_WORDS, angle_words, percent
 from surefoot.viewers.push_cube import PushCube
 
 HEADING = "How hard a push is survived, from any side at any time"
@@ -76,9 +76,8 @@ def protocol(cube: PushCube) -> list[str]:
         f"The robot walks steadily and is pushed once, for {cube.push_duration:g} s, in one of "
         f"{len(cube.angles)} directions and at one of {len(cube.phases)} phases of the step, by "
         "impulses from zero to the first above the limit. " + scan,
-        "Recovered means that the robot never falls and that within 8 s it is back on its gait: "
-        "the DCM error of a whole step is below 1 cm, and the mean velocity is within 2 % of the "
-        "command. What is survived is the largest impulse below which every push is. Survival is "
+        f"{RECOVERED_WORDS} What is survived is the largest impulse below which every push is. "
+        "Survival is "
         "not monotone: where a harder push than the smallest failing one is survived, the cell is "
         "marked.",
         "Directions are from forward (0°) to outward, towards the swing foot (90°), back (180°) "

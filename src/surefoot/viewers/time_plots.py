@@ -10,8 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Rectangle
 from numpy.typing import NDArray
 
-from surefoot.simulation.lipm_simulator import FALL_DISTANCE
-from surefoot.simulation.outcome import SETTLED_ERROR
+from surefoot.models.viability import fall_distance
 from surefoot.simulation.rollout import Rollout
 from surefoot.viewers import palette
 from surefoot.viewers.halo import HALO
@@ -123,7 +122,8 @@ def _draw_support(ax: Axes, rollout: Rollout, parts: list[Stance], axis: int) ->
 def _range(rollout: Rollout, axis: int) -> tuple[float, float]:
     """All of CoM, DCM and soles, and of ZMP and plan what does not run far away [m]."""
     foot = rollout.support_foot[:, axis]
-    near = foot + np.clip(rollout.dcm[:, axis] - foot, -FALL_DISTANCE, FALL_DISTANCE)
+    far = fall_distance(rollout.robot)
+    near = foot + np.clip(rollout.dcm[:, axis] - foot, -far, far)
     core = np.concatenate(
         [*(edge[:, axis] for edge in support_bounds(rollout)), rollout.com[:, axis], near]
     )
@@ -138,11 +138,11 @@ def _range(rollout: Rollout, axis: int) -> tuple[float, float]:
 def _draw_error(ax: Axes, rollout: Rollout, parts: list[Stance]) -> None:
     time = broken(rollout.time, parts)
     error = 1e3 * broken(np.hypot(*rollout.dcm_error.T), parts)
-    settled = 1e3 * SETTLED_ERROR
+    settled = 1e3 * rollout.settled_error
     ax.axhline(settled, color=palette.QUIET, linewidth=0.8, linestyle=DOTS, gid="settled")
     ax.fill_between(time, error, color=palette.DCM, alpha=0.2, linewidth=0.0, zorder=2.0)
     ax.plot(time, error, color=palette.DCM, linewidth=1.3, zorder=3.0, gid="dcm-error")
-    largest = min(float(np.nanmax(error)), 1e3 * FALL_DISTANCE)
+    largest = min(float(np.nanmax(error)), 1e3 * fall_distance(rollout.robot))
     ax.set_ylim(0.0, 1.15 * max(1.5 * settled, largest))
     ax.set_ylabel("DCM error\n[mm]")
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from surefoot.models.footsteps import Side
 from surefoot.models.robot import Foot
-from surefoot.simulation.lipm_simulator import FALL_DISTANCE
+from surefoot.models.viability import fall_distance
 from surefoot.simulation.rollout import Rollout
 from surefoot.viewers import palette
 from surefoot.viewers.ground import Extent, draw_ground, metres_per_inch, pair
@@ -41,9 +41,8 @@ def extent(rollout: Rollout, parts: list[Stance]) -> Extent:
     soles = [*_soles(rollout, parts), *_nominal_soles(parts)]
     centres = np.array([sole.centre for sole in soles])
     reach = sole_reach(rollout.robot.foot, np.array([sole.yaw for sole in soles]))
-    near = rollout.support_foot + np.clip(
-        rollout.dcm - rollout.support_foot, -FALL_DISTANCE, FALL_DISTANCE
-    )
+    away = fall_distance(rollout.robot)
+    near = rollout.support_foot + np.clip(rollout.dcm - rollout.support_foot, -away, away)
     tails = [push_arrow(rollout, push)[0] for push in acting_pushes(rollout)]
     core = np.array([*(centres - reach), *(centres + reach), *rollout.com, *near, *tails])
     low, high = core.min(axis=0), core.max(axis=0)

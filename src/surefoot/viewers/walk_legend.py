@@ -9,7 +9,6 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from surefoot.models.footsteps import Side
-from surefoot.simulation.outcome import SETTLED_ERROR
 from surefoot.simulation.rollout import Rollout
 from surefoot.viewers import palette
 from surefoot.viewers.stances import Stance, acting_pushes
@@ -66,9 +65,8 @@ def _events(rollout: Rollout, parts: list[Stance]) -> list[Artist]:
         entries.append(Patch(facecolor=palette.PUSH, alpha=0.6, linewidth=0.0, label="push"))
     if len(rollout.velocities) > 1:
         entries.append(_line("new velocity", palette.COM, 0.9, "dashdot"))
-    entries.append(
-        _line(f"limits; settled ({1e3 * SETTLED_ERROR:.0f} mm)", palette.QUIET, 0.8, "dotted")
-    )
+    settled = f"limits; settled ({1e3 * rollout.settled_error:.2g} mm)"
+    entries.append(_line(settled, palette.QUIET, 0.8, "dotted"))
     return entries
 
 

@@ -1,0 +1,97 @@
+"""A change of size: what becomes of a robot, its walk and what disturbs it, all alike."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+import surefoot as sf
+
+
+@dataclass(frozen=True)
+class Scale:
+    """Lengths times `length`, masses times `mass`, under the same gravity.
+
+    Attributes:
+        length: lambda.
+        mass: mu.
+    """
+
+    length: float
+    mass: float
+
+    @property
+    def time(self) -> float:
+        """Of times, speeds and what is between."""
+        return math.sqrt(self.length)
+
+    @property
+    def impulse(self) -> float:
+        """Of impulses."""
+        return self.mass * self.time
+
+    def robot(self, robot: sf.Robot) -> sf.Robot:
+        """The robot in this size."""
+        return robot.scaled(length=self.length, mass=self.mass)
+
+    def velocity(self, velocity: tuple[float, float]) -> tuple[float, float]:
+        """A velocity, or a pair of anything that goes with the time."""
+        return self.time * velocity[0], self.time * velocity[1]
+
+    def push(self, push: sf.Push) -> sf.Push:
+        """Forces go with the mass alone."""
+        force = (self.mass * push.force[0], self.mass * push.force[1])
+        return sf.Push(self.time * push.start, self.time * push.duration, force)
+
+    def disturbance(self, wrong: sf.Disturbance) -> sf.Disturbance:
+        """Noise, offsets and delays to match."""
+        return sf.Disturbance(
+            dcm_noise=self.length * wrong.dcm_noise,
+            velocity_noise=self.time * wrong.velocity_noise,
+            delay=self.time * wrong.delay,
+            com_offset=(self.length * wrong.com_offset[0], self.length * wrong.com_offset[1]),
+            landing_error=self.length * wrong.landing_error,
+            touchdown_shift=self.time * wrong.touchdown_shift,
+            seed=wrong.seed,
+        )
+
+    def back(self, rollout: sf.Rollout) -> Mapping[str, NDArray[Any]]:
+        """What was seen and decided in a walk of this size, as it would be in the size 1."""
+        seen, told = rollout.observations, rollout.commands
+        length, time = 1.0 / self.length, 1.0 / self.time
+        return {
+            "time": time * seen["time"],
+            "dcm": length * seen["dcm"],
+            "support_foot": length * seen["support_foot"],
+            "swing_foot": length * seen["swing_foot"],
+            "step_location": length * told["step_location"],
+            "step_duration": time * told["step_duration"],
+            "zmp": length * told["zmp"],
+            "hip_torque": told["hip_torque"] / (self.mass * self.length),
+            "mode": told["mode"].astype(float),
+            "status": told["status"].astype(float),
+        }
+
+
+UNITY = Scale(1.0, 1.0)
+
+
+def largest_difference(one: Mapping[str, NDArray[Any]], other: Mapping[str, NDArray[Any]]) -> str:
+    """The field in which two walks differ most, and by how much; "" if below 1e-9.
+
+    Lengths are of the order of a metre and times of a second, in the size 1.
+    """
+    if len(one["time"]) != len(other["time"]):
+        return f"{len(one['time'])} and {len(other['time'])} cycles"
+    worst = {
+        name: float(np.abs(values - other[name]).max() / max(np.abs(values).max(), 1.0))
+        for name, values in one.items()
+    }
+    name = max(worst, key=lambda key: worst[key])
+    # A NaN is a difference too.
+    return "" if worst[name] <= 1e-9 else f"{name} by {worst[name]:.1e}"
