@@ -34,6 +34,9 @@ PARTS_ALONE = 24
 ROUNDS_ALONE = 6
 """Of the search for the time at which one axis lands, from piece to piece."""
 
+SAME = 1e-6
+"""A time that is no further from a sample, in parts, is the sample."""
+
 EDGE = 1e-9
 """A foot that is this part of the step box beside it is at its edge."""
 
@@ -156,8 +159,8 @@ def best_landing(landing, situation, axis, sign, enough, rounds):
                 if best + beyond >= enough:
                     return best + beyond, when
         part = PARTS_ALONE * math.sqrt(max(when - earliest, 0.0) / length) if length > 0.0 else 0.0
-        low = earliest + length * (max(math.floor(part) - 1, 0) / PARTS_ALONE) ** 2
-        high = earliest + length * (min(math.ceil(part) + 1, PARTS_ALONE) / PARTS_ALONE) ** 2
+        low = earliest + length * (max(math.floor(part + SAME) - 1, 0) / PARTS_ALONE) ** 2
+        high = earliest + length * (min(math.ceil(part - SAME) + 1, PARTS_ALONE) / PARTS_ALONE) ** 2
         for _ in range(rounds):
             left, right = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
             at_left = worth_of(landing, situation, axis, sign, left)[0]
@@ -241,7 +244,8 @@ def share_at(landing, situation, push_x, push_y, time):
         value, _ = worth_after(landing.worth, landing, axis, 0 if sign > 0.0 else 1, place)
         room = (sign * place + value) / growth + landing.zmp_reach[axis]
         room -= sign * situation.offset[axis]
-        if left < 0.0 or (push == 0.0 and room < 0.0):
+        rounding = EDGE * (landing.step_max[axis] - landing.step_min[axis])
+        if left < -rounding or (push == 0.0 and room < -rounding):
             return -math.inf
         if push != 0.0:
             least = min(least, room / abs(push))
@@ -278,7 +282,7 @@ def most_saved(landing, situation, push_x, push_y, earliest, latest, enough, rou
     if not length > 0.0:
         return best
     part = PARTS * math.sqrt((where - earliest) / length)
-    before, after = max(math.floor(part) - 1, 0), min(math.ceil(part) + 1, PARTS)
+    before, after = max(math.floor(part + SAME) - 1, 0), min(math.ceil(part - SAME) + 1, PARTS)
     low = earliest + length * (before / PARTS) ** 2
     high = earliest + length * (after / PARTS) ** 2
     left, right = high - GOLDEN * (high - low), low + GOLDEN * (high - low)

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from surefoot.compiling import entry_point, njit
 from surefoot.models.leg import furthest
 from surefoot.models.record import new_array
-from surefoot.planning.anticipation import corner_time, reach
+from surefoot.planning.anticipation import SAME, corner_time, reach
 from surefoot.planning.landing_place import best_place, excess_at, soft_error
 from surefoot.planning.landing_problem import DECISION, LANDING, SITUATION, Decision, Limit
 
@@ -139,7 +139,7 @@ def best_part(landing, situation, low, high, guess, decision):
     land a little later can both be better than what lies between.
 
     Returns:
-        tau before, of, and after the least cost.
+        tau before, of, and after the least cost, and that.
     """
     length = math.log(high / low)
     best, where = math.inf, low
@@ -156,15 +156,15 @@ def best_part(landing, situation, low, high, guess, decision):
         if cost < best:
             best, where = cost, tau
     part = PARTS * math.sqrt(max(math.log(where / low), 0.0) / length)
-    before = low * math.exp(length * (max(math.ceil(part) - 1, 0) / PARTS) ** 2)
-    after = low * math.exp(length * (min(math.floor(part) + 1, PARTS) / PARTS) ** 2)
+    before = low * math.exp(length * (max(math.ceil(part - SAME) - 1, 0) / PARTS) ** 2)
+    after = low * math.exp(length * (min(math.floor(part + SAME) + 1, PARTS) / PARTS) ** 2)
     for k in range(SPECIAL):
         tau = special_tau(landing, situation, guess, k)
-        if before < tau < where:
+        if before < tau < where * (1.0 - NEAR):
             before = tau
-        if where < tau < after:
+        if where * (1.0 + NEAR) < tau < after:
             after = tau
-    return before, where, after
+    return before, where, after, best
 
 
 @njit
@@ -198,12 +198,13 @@ def decide_landing(landing, situation, guess, decision):
         decision: a `DECISION` record.
     """
     decision.step, decision.iterations = situation.step_ref, 1
+    best, least = 0.0, math.inf
     low, high = situation.tau_min, max(situation.tau_max, situation.tau_min)
     tau = min(max(situation.tau_ref, low), high)
     slope, flat = tau_slope(landing, situation, tau, decision), FLAT / situation.tau_ref
     if abs(slope) > flat and landing.max_acceleration < math.inf and high > low:
-        low, tau, high = best_part(landing, situation, low, high, guess, decision)
-        slope = tau_slope(landing, situation, tau, decision)
+        low, best, high, least = best_part(landing, situation, low, high, guess, decision)
+        tau, slope = best, tau_slope(landing, situation, best, decision)
     if abs(slope) > flat:
         at_low = at_high = slope
         end = low if slope > 0.0 else high
@@ -218,6 +219,9 @@ def decide_landing(landing, situation, guess, decision):
                 landing, situation, low, at_low, high, at_high, guess, decision
             )
             tau = root(landing, situation, low, at_low, high, at_high, flat, decision)
+        if cost_of(landing, situation, tau, decision) > least:
+            tau = best
+            slope = tau_slope(landing, situation, tau, decision)
     decision.tau = tau
     decision.active = active_limits(landing, situation, tau, decision)
     if slope > flat and tau <= situation.tau_min:
