@@ -36,7 +36,7 @@ NODES = 101
 """Landings at which a displacement is kept, evenly over the step box: errors of 1e-5."""
 
 TOLERANCE = 1e-13
-"""The fixed point has been found when no value moves further than this [m]."""
+"""The fixed point has been found when no value moves further than this part of the box [-]."""
 
 _ROUNDS = 20
 """How often the values follow the same landings before these are chosen again."""
@@ -288,7 +288,7 @@ def viable_displacement(robot: Robot) -> ViableDisplacement:
     for axis, behind in enumerate((-1.0, 1.0)):
         _fixed_point(
             values[axis], low[axis], spacing[axis], behind, *robot.gait.step_duration,
-            swing.max_speed, swing.max_acceleration, robot.omega, TOLERANCE,
+            swing.max_speed, swing.max_acceleration, robot.omega, TOLERANCE * width[axis],
         )  # fmt: skip
     values.flags.writeable = False
     return ViableDisplacement(

@@ -31,18 +31,19 @@ from surefoot.models.viable_displacement import (
 PERIODS = 25
 """For how many periods there are tables of evenly timed steps."""
 
-_OUT_OF_REACH = -1e3
-"""What a step is worth from which no landing is in reach [m]; finite, to be interpolated."""
+OUT_OF_REACH = -1e5
+"""What a step is worth from which no landing is in reach, in intervals between nodes; finite, to be
+interpolated [-]."""
 
-_SETTLED = 1e-12
-"""Evenly timed steps are done with when no value moves further [m]."""
+_SETTLED = 1e-10
+"""Evenly timed steps are done with when no value moves further, in intervals between nodes [-]."""
 
-_BEHIND = (-1.0, 1.0)
+BEHIND = (-1.0, 1.0)
 """Where a step l leaves the new swing foot, per l, in the frame of its own step: x, y."""
 
 
 @njit
-def _best_place(after, low, spacing, sign):
+def best_place(after, low, spacing, sign):
     """Where sign l + D(l) is largest, over the nodes: concave, so windows end there or before."""
     best, place = -math.inf, low
     for node in range(after.shape[0]):
@@ -54,11 +55,11 @@ def _best_place(after, low, spacing, sign):
 
 
 @njit
-def _landing_between(after, low, spacing, sign, place, least, most):
+def landing_between(after, low, spacing, sign, place, least, most):
     """The best landing between these, sign l + D(l); `place` is the best of all."""
     least, most = max(least, low), min(most, low + spacing * (after.shape[0] - 1))
     if least > most:
-        return _OUT_OF_REACH
+        return OUT_OF_REACH * spacing
     landing = min(max(place, least), most)
     return sign * landing + interpolate(after, low, spacing, landing)
 
@@ -71,10 +72,10 @@ def _step_back(after, axis, low, spacing, time, leg, now):
         sign = 1.0 - 2.0 * k
         # Across, the next foot's inward is this foot's outward: the sides alternate.
         later = after[k] if axis == 0 else after[1 - k]
-        place = _best_place(later, low, spacing, sign)
+        place = best_place(later, low, spacing, sign)
         for node in range(now.shape[1]):
-            start = _BEHIND[axis] * (low + node * spacing)
-            now[k, node] = decay * _landing_between(
+            start = BEHIND[axis] * (low + node * spacing)
+            now[k, node] = decay * landing_between(
                 later, low, spacing, sign, place, start - way, start + way
             )
 
@@ -86,7 +87,7 @@ def _even_steps(low, spacing, leg, times, tables):
     for row in range(times.shape[0]):
         for axis in range(2):
             change = math.inf
-            while change > _SETTLED:
+            while change > _SETTLED * spacing[axis]:
                 _step_back(tables[row, axis], axis, low[axis], spacing[axis], times[row], leg, now)
                 change = 0.0
                 for k in range(2):
@@ -96,7 +97,7 @@ def _even_steps(low, spacing, leg, times, tables):
 
 
 @njit
-def _tail(tails, bounds, period, tail):
+def write_tail(tails, bounds, period, tail):
     """The tables of what follows a schedule, between those that there are."""
     last = tails.shape[0] - 1
     part = (period - bounds[0]) / (bounds[1] - bounds[0])
@@ -114,7 +115,7 @@ def _tail(tails, bounds, period, tail):
 def _displacements(tails, low, spacing, foot, velocity, leg, schedule, work, found):
     """What a schedule is worth now, per axis and sign: `found`, shape (2, 2)."""
     last = schedule.shape[0] - 1
-    _tail(tails, leg[3:5], schedule[last], work[last % 2])
+    write_tail(tails, leg[3:5], schedule[last], work[last % 2])
     for axis in range(2):
         for stage in range(last - 1, 0, -1):
             # Stages take turns in two tables: what comes later is never written over.
@@ -125,8 +126,8 @@ def _displacements(tails, low, spacing, foot, velocity, leg, schedule, work, fou
         most = foot[axis] + furthest(velocity[axis], time, leg[0], leg[1])
         for k in range(2):
             sign, later = 1.0 - 2.0 * k, after[k] if axis == 0 else after[1 - k]
-            place = _best_place(later, low[axis], spacing[axis], sign)
-            found[axis, k] = math.exp(-leg[2] * time) * _landing_between(
+            place = best_place(later, low[axis], spacing[axis], sign)
+            found[axis, k] = math.exp(-leg[2] * time) * landing_between(
                 later, low[axis], spacing[axis], sign, place, least, most
             )
 
@@ -162,7 +163,7 @@ def room_of_schedule(tails, low, spacing, state, leg, push, schedule, work, foun
         else:
             slack = min(slack, ahead, behind)
     slack = min(slack, most - least)
-    return most if slack >= 0.0 else _OUT_OF_REACH + slack
+    return most if slack >= 0.0 else OUT_OF_REACH * spacing[0] + slack
 
 
 @njit
@@ -180,7 +181,7 @@ def own_schedule(tables, low, spacing, state, leg, axis, k, elapsed, schedule):
         if worth > 0.0:
             time = min(arrival(landing - foot, velocity, earliest, leg[0], leg[1]), latest)
         schedule[stage] = time
-        foot, velocity, earliest, latest = _BEHIND[axis] * landing, 0.0, leg[3], leg[4]
+        foot, velocity, earliest, latest = BEHIND[axis] * landing, 0.0, leg[3], leg[4]
         k = k if axis == 0 else 1 - k
 
 

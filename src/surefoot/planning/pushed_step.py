@@ -43,14 +43,14 @@ LATER_TIMES = 4
 STARTS = 2
 """From how many of the best points of the grid, apart in the first time, the search sets out."""
 
-STRIDE = 0.03
-"""First stride of the search [s]."""
+STRIDE = 0.1
+"""First stride of the search, of 1 / omega [-]."""
 
-TABLE_ERROR = 2e-5
-"""The tables tell no better; a room so near to the largest is that one [m]."""
+TABLE_ERROR = 1e-4
+"""The tables tell no better; a room so near to the largest is that one, a part of it [-]."""
 
-FINEST = 1e-5
-"""The search ends below this stride: it is worth 4e-5 of the limit [s]."""
+FINEST = 4e-5
+"""The search ends below this stride, of 1 / omega: it is worth as much of the limit [-]."""
 
 
 @njit
@@ -71,10 +71,10 @@ def _keep(source, target):
 @njit
 def _shrink(tails, low, spacing, state, leg, push, bounds, ways, schedule, work, found):
     """Improve a schedule in place, along many ways and with shrinking strides; its room."""
-    count, stride = schedule.shape[0], STRIDE
+    count, stride = schedule.shape[0], STRIDE / leg[2]
     trial, came_from, change = np.empty(count), np.empty(count), np.empty(count)
     room = room_of_schedule(tails, low, spacing, state, leg, push, schedule, work, found)
-    while stride > FINEST:
+    while stride > FINEST / leg[2]:
         before = room
         _keep(schedule, came_from)
         for way in range(ways.shape[0] + 1):
@@ -191,7 +191,7 @@ class PushedStep:
             The room; far below 0 if an axis falls in any case.
         """
         own = viable_displacement(self.robot).values[np.newaxis]
-        tails, *rest = self._numbers(own if apart else even_steps(self.robot))
+        tails, *rest = self.numbers(own if apart else even_steps(self.robot))
         return float(
             room_of_schedule(
                 tails, *rest, np.array(schedule, float), np.empty((2, *tails.shape[1:])),
@@ -214,20 +214,20 @@ class PushedStep:
         tables = viable_displacement(self.robot)
         for axis, sign in rooms:
             own = np.empty(OWN_LANDINGS + 1)
-            numbers = self._numbers(tables.values)[:5]
+            numbers = self.numbers(tables.values)[:5]
             own_schedule(*numbers, axis, 0 if sign > 0 else 1, self.elapsed, own)
-            if self.room(own, apart=True) > enough - TABLE_ERROR:
+            if self.room(own, apart=True) > enough - TABLE_ERROR * abs(enough):
                 return enough, tuple(own.tolist())
             starts.append(own[: landings + 1])
         bounds = np.full((landings + 1, 2), tables.step_duration)
         bounds[0] = np.maximum(bounds[0] - self.elapsed, 0.0)
         room, times = _search(
-            *self._numbers(even_steps(self.robot)), bounds,
+            *self.numbers(even_steps(self.robot)), bounds,
             np.array(starts + starts[:1] * STARTS), _grid(landings + 1), _ways(landings + 1),
         )  # fmt: skip
         return min(float(room), enough), tuple(times.tolist())
 
-    def _numbers(self, tails: NDArray[np.float64]) -> tuple[Any, ...]:
+    def numbers(self, tails: NDArray[np.float64]) -> tuple[Any, ...]:
         """The problem as the kernels take it."""
         tables = viable_displacement(self.robot)
         return (

@@ -104,13 +104,15 @@ class Sweep:
         Args:
             fresh: the largest offsets right after a landing, by where the swing foot then is.
         """
-        after = np.stack([np.interp(self.behind * self.feet, self.feet, row) for row in fresh])
+        with np.errstate(invalid="ignore"):
+            after = np.stack([np.interp(self.behind * self.feet, self.feet, row) for row in fresh])
+        after[np.isnan(after)] = -np.inf
         if self.behind > 0.0:
             after = after[::-1]
         worth = np.stack([self.feet, -self.feet]) + after
         return np.where(self.landable, worth, -np.inf)
 
-    def back(self, later: Array, force: float) -> Array:
+    def back(self, later: Array, force: float | Array) -> Array:
         """The largest offsets a time step earlier: the foot moves, and the DCM flows.
 
         The force pushes each bound outward, the ZMP pulls it inward.
@@ -185,6 +187,40 @@ class Sweep:
             _raise(earlier[:, self.first :], landed[:, np.newaxis])
             table = earlier
         return table
+
+    def causal_push(self, settled: Array, force: float) -> Array:
+        """The same if nobody knows when the push ends: it may at every instant.
+
+        Whatever the state is, both of its offsets have to be viable unpushed, `settled`; a push
+        along the axis moves one of them outward and the other inward.
+
+        Returns:
+            The largest offsets at the onset of pushes along the axis and against it, shape
+            (2, 2, times, speeds, feet); -inf where no offset can be saved.
+        """
+        forces = (
+            force * np.array([[1.0, -1.0], [-1.0, 1.0]])[:, :, np.newaxis, np.newaxis, np.newaxis]
+        )
+        tables = np.stack([settled, settled])
+        for _ in range(self.pushed):
+            earlier = np.full_like(tables, -np.inf)
+            for k in range(2):
+                earlier[k, :, :-1] = self.back(tables[k, :, 1:], forces[k])
+                self._viable(earlier[k], settled)
+            for k in range(2):
+                # Across, a push outward is inward for the foot that has just landed.
+                fresh = earlier[k if self.behind < 0.0 else 1 - k, :, 0, self.rest]
+                landed = self.at_once(self.landed(fresh))[:, np.newaxis]
+                _raise(earlier[k, :, self.first :], landed[:, np.newaxis])
+            for k in range(2):
+                self._viable(earlier[k], settled)
+            tables = earlier
+        return tables
+
+    def _viable(self, table: Array, settled: Array) -> None:
+        """Leave only what is viable unpushed, and nothing where the two bounds have crossed."""
+        np.minimum(table, settled, out=table)
+        table[:, table[0] + table[1] < 0.0] = -np.inf
 
 
 def _raise(best: Array, other: Array) -> None:
