@@ -57,6 +57,9 @@ FINEST = 1e-4
 TOLERANCE = 1e-6
 """To this part of the limit the largest force of a schedule is found [-]."""
 
+ROUNDING = 1e-12
+"""Nothing is left over of a force if so little of the largest one is [-]."""
+
 ALIKE = 1e-4
 """A schedule that is short of so little of the room is viable throughout: the tables tell no better
 [-]."""
@@ -66,7 +69,7 @@ ALIKE = 1e-4
 def _largest_force(problem, spaces, schedule, least, slack, most):
     """The largest force between these that a schedule survives [m].
 
-    Secants, each with a bisection after it, since what is left over bends.
+    Secants, since what is left over is linear piece by piece; each with a bisection after it.
 
     Args:
         problem: arguments of `causal_slack` before the schedule, and `spaces` after the force.
@@ -84,6 +87,8 @@ def _largest_force(problem, spaces, schedule, least, slack, most):
             if guess == 0:
                 force = least + (most - least) * min(max(slack / (slack - over), 0.01), 0.99)
             there = causal_slack(*problem, schedule, force, *spaces)
+            if abs(there) <= ROUNDING * most:
+                return force
             if there >= 0.0:
                 least, slack = force, there
             else:
@@ -169,7 +174,7 @@ def _search(problem, spaces, bounds, starts, ways, most, omega):
 @lru_cache(maxsize=64)
 def _ways(count: int) -> NDArray[np.float64]:
     """Along and against the times, and some ways between: min has ridges."""
-    between = np.random.default_rng(0).normal(size=(4 * count, count))
+    between = np.random.default_rng(0).normal(size=(2 * count, count))
     between /= np.linalg.norm(between, axis=1, keepdims=True)
     return np.concatenate([np.eye(count), -np.eye(count), between])
 

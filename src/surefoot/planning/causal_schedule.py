@@ -118,17 +118,22 @@ def axis_slack(
                 slack = min(slack, worth + push + reach + offset)
             return slack
         against = own[1 if sign > 0.0 else 0]
+        saved = 0.0
         for node in range(nodes):
-            foot = BEHIND[axis] * (low + node * spacing)
-            least, most = max(foot - way, window[0]), min(foot + way, window[1])
-            worth = landing_between(ahead, low, spacing, sign, most_ahead, least, most)
-            work[stage % 2, 0, node] = decay * worth - push
-            worth = landing_between(behind, low, spacing, -sign, most_behind, least, most)
-            saved = decay * worth + push
+            if node == 0 or way < math.inf:
+                foot = BEHIND[axis] * (low + node * spacing)
+                least, most = max(foot - way, window[0]), min(foot + way, window[1])
+                worth = landing_between(ahead, low, spacing, sign, most_ahead, least, most)
+                left = decay * worth - push
+                if lands_pushed or not pushed:
+                    worth = landing_between(behind, low, spacing, -sign, most_behind, least, most)
+                    saved = decay * worth + push
+            work[stage % 2, 0, node] = left
+            work[stage % 2, 1, node] = saved
             if going_on:
                 # Of an interrupted push the landings are as free as those of any walk.
-                saved = min(saved, against[node]) if lands_pushed else against[node]
-            work[stage % 2, 1, node] = saved
+                end_now = against[node]
+                work[stage % 2, 1, node] = min(saved, end_now) if lands_pushed else end_now
         window[0], window[1] = low, low + spacing * (nodes - 1)
         if going_on:
             ahead, behind = work[stage % 2, 0], work[stage % 2, 1]
