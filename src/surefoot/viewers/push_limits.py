@@ -166,11 +166,11 @@ def _of_unknown_end(
     """What share of the limits is left if nobody knows when the push ends."""
     shares = {name: _shares(leg, foot, name) for name in leg[foot]}
     if min(min(row) for row in shares.values()) >= _SAME:
-        return "As much if nobody knows when the push ends."
-    table = _headed("Percent of it if nobody knows when the push ends", leg[foot], width)
+        return "As much, if nobody knows when the push ends."
+    table = _headed("Of that, if nobody knows when the push ends", leg[foot], width)
     for row, elapsed in enumerate(phases):
         told = (100.0 * one[row] for one in shares.values())
-        table.add_row(f"{elapsed:.2f}", *(f"{share:.0f}" for share in told))
+        table.add_row(f"{elapsed:.2f}", *(f"{share:.0f} %" for share in told))
     return table
 
 
