@@ -14,7 +14,6 @@ waits until the rest of the push fits between both ends of what can be saved. Ow
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from functools import lru_cache
 from typing import Any
 
@@ -257,7 +256,7 @@ def _share(
 
 
 def _kept(
-    step: PushedStep, duration: float, alone: int, room: float, times: Sequence[float] = ()
+    step: PushedStep, duration: float, alone: int, room: float, times: tuple[float, ...] = ()
 ) -> float:
     """Which share of the room is left [-].
 

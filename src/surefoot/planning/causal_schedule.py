@@ -118,7 +118,7 @@ def axis_slack(
                 slack = min(slack, worth + push + reach + offset)
             return slack
         against = own[1 if sign > 0.0 else 0]
-        saved = 0.0
+        left = saved = 0.0
         for node in range(nodes):
             if node == 0 or way < math.inf:
                 foot = BEHIND[axis] * (low + node * spacing)
