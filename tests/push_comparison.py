@@ -99,4 +99,5 @@ def _row(
         "leg_speed": speed, "impulse": impulse, "delta_v": impulse / MASS, "step": 1.0,
         "scanned": 75.0 if unbroken else impulse, "failure": failure,
         "limit_point": round(shape, 3), "limit_finite": finite, "limit_fixed": 9.0,
+        "limit_causal": round(0.95 * finite, 3),
     }  # fmt: skip

@@ -218,7 +218,10 @@ def test_limits_prints_the_largest_survivable_pushes() -> None:
     assert "Largest push that any policy can survive" in printed
     assert "A leg of at most 3 m/s" in printed
     unlimited = printed.split("An unlimited leg")[1]
-    point, sole = [line for line in unlimited.split("A leg of")[0].splitlines() if " 0.10 " in line]
+    rows = [line for line in unlimited.split("A leg of")[0].splitlines() if " 0.10 " in line]
+    point, point_share, sole, _ = rows
+    assert point_share.split()[1:] == ["100", "%"] * 8
+    assert "95 %" in unlimited.split("A leg of")[0]
     robot = sf.load_robot("paper-biped")
     for row, reach in ((point, (0.0, 0.0)), (sole, robot.foot.half)):
         printed_limits = row.split()[1:]

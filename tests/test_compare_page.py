@@ -110,7 +110,7 @@ def test_what_is_embedded_is_what_was_measured(page: Path, measured: Comparison)
     assert len(data["cells"]) == len(measured.cells)
     for cell, entry in zip(measured.cells, data["cells"], strict=True):
         method, push, impulse, delta_v, step, scanned, failure = entry
-        speed, duration, phase, angle, point, finite, fixed = data["pushes"][push]
+        speed, duration, phase, angle, point, finite, fixed, causal = data["pushes"][push]
         assert data["methods"][method]["key"] == cell.method
         assert cell.condition == (
             number.get(data["speeds"][speed], data["speeds"][speed]), data["durations"][duration],
@@ -120,6 +120,7 @@ def test_what_is_embedded_is_what_was_measured(page: Path, measured: Comparison)
         assert number.get(delta_v, delta_v) == cell.delta_v
         assert (step, scanned, FAILURES[failure]) == (cell.step, cell.scanned, cell.failure)
         assert (point, finite, fixed) == (cell.limit_point, cell.limit_finite, cell.limit_fixed)
+        assert causal == cell.limit_causal
 
 
 def test_words_cannot_end_the_script_they_stand_in() -> None:
@@ -190,6 +191,9 @@ def test_the_table_follows_the_leg_speed(page: Path, measured: Comparison, speed
             for angle in (0.0, 90.0, 180.0, 270.0)
         ]  # fmt: skip
         assert row[3:7] == failing
+        shares = [cell.causal_fraction for cell in own.values()]
+        mean = f"{100.0 * math.fsum(shares) / len(shares):.0f} %" if shares else "–"
+        assert row[-1].rstrip("*") == mean
         score = measured.score(method, cells)
         assert (f"{100.0 * score.mean:.0f} %" if own else "–") in row[1]
         assert row[1].endswith("*") == (0 < score.cells < score.possible)

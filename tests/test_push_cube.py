@@ -100,6 +100,8 @@ def test_nothing_above_the_limit_is_survived(unified: sf.UnifiedController) -> N
     grid = PushGrid(directions=8, phases=20, step=20.0)
     for row in push_cube.measure_phase(unified, grid, 0.3):
         assert row["survived"] <= row["limit"] < row["impulse"]
+        assert 0.0 < row["limit_causal"] <= row["limit"]
+        assert row["fraction"] <= row["fraction_causal"] <= 1.0
         pushes = np.zeros((6, 1), PUSH)
         start = 0.3 * unified.gait.step_duration
         pushes["start"], pushes["end"] = start, start + 0.2

@@ -51,7 +51,8 @@ def made_up_rows(directions: int = 8, phases: int = 4) -> list[dict[str, Any]]:
                 fate[fate.index(FELL)] = UNSETTLED
             rows.append({
                 "phase": float(phase), "angle": float(angle), "impulse": impulse,
-                "survived": impulse - 2.0, "limit": limit, "limit_fixed": 15.0,
+                "survived": impulse - 2.0, "limit": limit, "limit_causal": 0.9 * limit,
+                "limit_fixed": 15.0,
                 "holes": int(holed), "impulses": impulses, "fate": fate,
                 "recovery_steps": [3 + number // 5 if one == RECOVERED else -1
                                    for number, one in enumerate(fate)],

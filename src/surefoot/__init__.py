@@ -45,6 +45,7 @@ if TYPE_CHECKING:
     from surefoot.models.robot import Foot, Robot, Swing, Trunk, load_robot, preset_names
     from surefoot.models.steering import Steering
     from surefoot.models.viability import ViableOffsets, viable_offsets
+    from surefoot.planning.causal_limit import causal_push_limit
     from surefoot.planning.landing_problem import Decision, Limit
     from surefoot.planning.nominal_gait import NominalGait, largest_speed, nominal_gait
     from surefoot.planning.optimality import KktResidual, kkt_residual
@@ -106,6 +107,7 @@ _HOMES = {
     "models.robot": ("Foot", "Robot", "Swing", "Trunk", "load_robot", "preset_names"),
     "models.steering": ("Steering",),
     "models.viability": ("ViableOffsets", "viable_offsets"),
+    "planning.causal_limit": ("causal_push_limit",),
     "planning.landing_problem": ("Decision", "Limit"),
     "planning.nominal_gait": ("NominalGait", "largest_speed", "nominal_gait"),
     "planning.optimality": ("KktResidual", "kkt_residual"),
@@ -201,6 +203,7 @@ __all__ = [
     "__version__",
     "body_control",
     "body_controller",
+    "causal_push_limit",
     "decisions",
     "film_walk",
     "fixed_steps_limit",

@@ -57,10 +57,14 @@ def limits(
         times = push_phases(body, velocity, phases)
         pushes = push_limits_summary(bodies, times, velocity, durations)
     if check:
+        from surefoot.studies.causal_grid import largest_causal_disagreement
         from surefoot.studies.limit_grid import largest_disagreement
 
-        worst = largest_disagreement(bodies, times, velocity=velocity, duration=durations[0])
-        pushes["check"] = worst.as_numbers()
+        known, causal = (
+            disagreement(bodies, times, velocity=velocity, duration=durations[0]).as_numbers()
+            for disagreement in (largest_disagreement, largest_causal_disagreement)
+        )
+        pushes["check"] = {**known, "causal": causal}
     numbers = {**limits_summary(body), "push_limit": pushes}
     if as_json:
         print_json(numbers)

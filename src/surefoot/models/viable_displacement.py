@@ -36,7 +36,7 @@ NODES = 101
 """Landings at which a displacement is kept, evenly over the step box: errors of 1e-5."""
 
 TOLERANCE = 1e-13
-"""The fixed point has been found when no value moves further than this part of the step box."""
+"""The fixed point has been found when no value moves further than this part of the box [-]."""
 
 _ROUNDS = 20
 """How often the values follow the same landings before these are chosen again."""

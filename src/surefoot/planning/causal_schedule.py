@@ -6,7 +6,8 @@ right after a landing at L, with the push going on for r more, e has to lie in
 
     -(lo_k + c) <= e <= hi_k + c,
     hi_k(L) = e^(-omega T) max over l of (l + hi_(k+1)(l)) - f (1 - e^(-omega min(r, T))),
-    lo_k(L) = min(Z_against(L), e^(-omega T) max over l of (-l + lo_(k+1)(l)) + f (1 - e^(-omega T))).
+    lo_k(L) = e^(-omega T) max over l of (-l + lo_(k+1)(l)) + f (1 - e^(-omega T)), or, if less,
+              Z_against(L); that alone where the push ends before the next landing.
 
 hi is what the rest of the push leaves, lo what can be saved if it ends now, or goes on. So the rest
 of the push has to fit between both ends of what can be saved: where it does not, hi + lo + 2 c < 0,
@@ -20,6 +21,9 @@ import math
 from surefoot.compiling import njit
 from surefoot.models.leg import furthest
 from surefoot.planning.landing_schedule import BEHIND, best_place, landing_between, write_tail
+
+BOTH = -1
+"""Instead of the number of the only axis that counts."""
 
 
 @njit
@@ -114,17 +118,22 @@ def axis_slack(
                 slack = min(slack, worth + push + reach + offset)
             return slack
         against = own[1 if sign > 0.0 else 0]
+        left = saved = 0.0
         for node in range(nodes):
-            foot = BEHIND[axis] * (low + node * spacing)
-            least, most = max(foot - way, window[0]), min(foot + way, window[1])
-            worth = landing_between(ahead, low, spacing, sign, most_ahead, least, most)
-            work[stage % 2, 0, node] = decay * worth - push
-            worth = landing_between(behind, low, spacing, -sign, most_behind, least, most)
-            saved = decay * worth + push
+            if node == 0 or way < math.inf:
+                foot = BEHIND[axis] * (low + node * spacing)
+                least, most = max(foot - way, window[0]), min(foot + way, window[1])
+                worth = landing_between(ahead, low, spacing, sign, most_ahead, least, most)
+                left = decay * worth - push
+                if lands_pushed or not pushed:
+                    worth = landing_between(behind, low, spacing, -sign, most_behind, least, most)
+                    saved = decay * worth + push
+            work[stage % 2, 0, node] = left
+            work[stage % 2, 1, node] = saved
             if going_on:
                 # Of an interrupted push the landings are as free as those of any walk.
-                saved = min(saved, against[node]) if lands_pushed else against[node]
-            work[stage % 2, 1, node] = saved
+                end_now = against[node]
+                work[stage % 2, 1, node] = min(saved, end_now) if lands_pushed else end_now
         window[0], window[1] = low, low + spacing * (nodes - 1)
         if going_on:
             ahead, behind = work[stage % 2, 0], work[stage % 2, 1]
@@ -147,7 +156,7 @@ def causal_slack(
         state: rows DCM offset, swing foot and its velocity; x, and y towards the swing foot.
         leg: V [m/s], A [m/s^2], omega [1/s], T_min, T_max [s].
         push: rows direction, a unit vector in the axes of `state`, and reach of the ZMP [m].
-        alone: the only axis that counts, or -1.
+        alone: the only axis that counts, or `BOTH`.
         duration: of the push, which begins now [s].
         schedule: times from landing to landing, the first one from now, and at the end the period
             of all that follow [s]; all before it may lie in the push, but the last one.
@@ -158,7 +167,7 @@ def causal_slack(
     write_tail(tails, leg[3:5], schedule[count], tail)
     slack = math.inf
     for axis in range(2):
-        if alone >= 0 and axis != alone:
+        if alone != BOTH and axis != alone:
             continue
         room = axis_slack(
             own[axis], tail[axis], axis, low[axis], spacing[axis], state[:, axis], leg,

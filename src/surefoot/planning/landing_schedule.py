@@ -31,11 +31,12 @@ from surefoot.models.viable_displacement import (
 PERIODS = 25
 """For how many periods there are tables of evenly timed steps."""
 
-OUT_OF_REACH = -1e3
-"""What a step is worth from which no landing is in reach [m]; finite, to be interpolated."""
+OUT_OF_REACH = -1e5
+"""What a step is worth from which no landing is in reach, in intervals between nodes; finite, to be
+interpolated [-]."""
 
-_SETTLED = 1e-12
-"""Evenly timed steps are done with when no value moves further, in widths of the step box."""
+_SETTLED = 1e-10
+"""Evenly timed steps are done with when no value moves further, in intervals between nodes [-]."""
 
 BEHIND = (-1.0, 1.0)
 """Where a step l leaves the new swing foot, per l, in the frame of its own step: x, y."""
@@ -58,7 +59,7 @@ def landing_between(after, low, spacing, sign, place, least, most):
     """The best landing between these, sign l + D(l); `place` is the best of all."""
     least, most = max(least, low), min(most, low + spacing * (after.shape[0] - 1))
     if least > most:
-        return OUT_OF_REACH
+        return OUT_OF_REACH * spacing
     landing = min(max(place, least), most)
     return sign * landing + interpolate(after, low, spacing, landing)
 
@@ -85,8 +86,8 @@ def _even_steps(low, spacing, leg, times, tables):
     now = np.empty((2, tables.shape[3]))
     for row in range(times.shape[0]):
         for axis in range(2):
-            change, width = math.inf, spacing[axis] * (tables.shape[3] - 1)
-            while change > _SETTLED * width:
+            change = math.inf
+            while change > _SETTLED * spacing[axis]:
                 _step_back(tables[row, axis], axis, low[axis], spacing[axis], times[row], leg, now)
                 change = 0.0
                 for k in range(2):
@@ -162,7 +163,7 @@ def room_of_schedule(tails, low, spacing, state, leg, push, schedule, work, foun
         else:
             slack = min(slack, ahead, behind)
     slack = min(slack, most - least)
-    return most if slack >= 0.0 else OUT_OF_REACH + slack
+    return most if slack >= 0.0 else OUT_OF_REACH * spacing[0] + slack
 
 
 @njit
@@ -198,25 +199,6 @@ def even_steps(robot: Robot) -> NDArray[np.float64]:
     _even_steps(np.array(own.low), np.array(own.spacing), leg_numbers(own), times, tables)
     tables.flags.writeable = False
     return tables
-
-
-@lru_cache(maxsize=16)
-def evenly_timed(robot: Robot, period: float) -> NDArray[np.float64]:
-    """What steps are worth that all last as long, like `ViableDisplacement.values` [m].
-
-    Args:
-        robot: whose limits hold, but for those of the step duration.
-        period: from landing to landing [s].
-
-    Raises:
-        RobotError: the leg is too slow to step at all.
-    """
-    own = viable_displacement(robot)
-    tables = np.zeros((1, *own.values.shape))
-    times = np.array([period])
-    _even_steps(np.array(own.low), np.array(own.spacing), leg_numbers(own), times, tables)
-    tables.flags.writeable = False
-    return tables[0]
 
 
 def leg_numbers(tables: ViableDisplacement) -> NDArray[np.float64]:

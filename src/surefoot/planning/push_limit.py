@@ -97,25 +97,42 @@ def push_limit(
         )
     check_leg(robot, gait)
     reach = (float(zmp_reach[0]), float(zmp_reach[1]))
-    room = _room(robot, gait, unit, elapsed, Side(support_side), reach, together)
+    step = step_of_push(robot, gait, unit, elapsed, Side(support_side), reach)
+    if together:
+        room, _ = best_landings(robot, gait, unit, elapsed, Side(support_side), reach)
+    else:
+        room = min(step.axis_rooms().values())
     impulse = max(impulse_per_offset(robot, duration) * room, 0.0)
     return ImpulseLimit(unit, impulse, impulse / robot.mass)
 
 
-@lru_cache(maxsize=4096)
-def _room(
+def step_of_push(
     robot: Robot,
     gait: NominalGait,
     unit: tuple[float, float],
     elapsed: float,
     side: Side,
     zmp_reach: tuple[float, float],
-    together: bool,
-) -> float:
-    """How far the DCM can be moved along the push, whose duration does not matter here [m]."""
+) -> PushedStep:
+    """The step of the nominal gait in which a push begins; arguments as of `push_limit`."""
     state = np.array(gait_in_step(gait, side, elapsed))
-    step = PushedStep(robot, state, (unit[0], side * unit[1]), zmp_reach, elapsed)
-    return step.best_schedule()[0] if together else min(step.axis_rooms().values())
+    return PushedStep(robot, state, (unit[0], side * unit[1]), zmp_reach, elapsed)
+
+
+@lru_cache(maxsize=4096)
+def best_landings(
+    robot: Robot,
+    gait: NominalGait,
+    unit: tuple[float, float],
+    elapsed: float,
+    side: Side,
+    zmp_reach: tuple[float, float],
+) -> tuple[float, tuple[float, ...]]:
+    """How far the DCM can be moved along the push [m], and the landing times that allow it [s].
+
+    The duration of the push does not matter here. Arguments as of `push_limit`.
+    """
+    return step_of_push(robot, gait, unit, elapsed, side, zmp_reach).best_schedule()
 
 
 def check_leg(robot: Robot, gait: NominalGait) -> None:

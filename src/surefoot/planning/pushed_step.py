@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from surefoot.compiling import njit
 from surefoot.models.robot import Robot
-from surefoot.models.viable_displacement import NODES, viable_displacement
+from surefoot.models.viable_displacement import viable_displacement
 from surefoot.planning.landing_schedule import (
     even_steps,
     leg_numbers,
@@ -44,13 +44,13 @@ STARTS = 2
 """From how many of the best points of the grid, apart in the first time, the search sets out."""
 
 STRIDE = 0.1
-"""First stride of the search [1/omega]."""
+"""First stride of the search, of 1 / omega [-]."""
 
-TABLE_ERROR = 2e-5
-"""The tables tell no better; a room so near to the largest, in widths of the step box, is that."""
+TABLE_ERROR = 1e-4
+"""The tables tell no better; a room so near to the largest is that one, a part of it [-]."""
 
-FINEST = 3.5e-5
-"""The search ends below this stride: it is worth 4e-5 of the limit [1/omega]."""
+FINEST = 4e-5
+"""The search ends below this stride, of 1 / omega: it is worth as much of the limit [-]."""
 
 
 @njit
@@ -71,10 +71,10 @@ def _keep(source, target):
 @njit
 def _shrink(tails, low, spacing, state, leg, push, bounds, ways, schedule, work, found):
     """Improve a schedule in place, along many ways and with shrinking strides; its room."""
-    count, stride, finest = schedule.shape[0], STRIDE / leg[2], FINEST / leg[2]
+    count, stride = schedule.shape[0], STRIDE / leg[2]
     trial, came_from, change = np.empty(count), np.empty(count), np.empty(count)
     room = room_of_schedule(tails, low, spacing, state, leg, push, schedule, work, found)
-    while stride > finest:
+    while stride > FINEST / leg[2]:
         before = room
         _keep(schedule, came_from)
         for way in range(ways.shape[0] + 1):
@@ -191,7 +191,7 @@ class PushedStep:
             The room; far below 0 if an axis falls in any case.
         """
         own = viable_displacement(self.robot).values[np.newaxis]
-        tails, *rest = self._numbers(own if apart else even_steps(self.robot))
+        tails, *rest = self.numbers(own if apart else even_steps(self.robot))
         return float(
             room_of_schedule(
                 tails, *rest, np.array(schedule, float), np.empty((2, *tails.shape[1:])),
@@ -212,23 +212,22 @@ class PushedStep:
         rooms = self.axis_rooms()
         enough, starts = min(rooms.values()), []
         tables = viable_displacement(self.robot)
-        rounding = TABLE_ERROR * (NODES - 1) * max(tables.spacing)
         for axis, sign in rooms:
             own = np.empty(OWN_LANDINGS + 1)
-            numbers = self._numbers(tables.values)[:5]
+            numbers = self.numbers(tables.values)[:5]
             own_schedule(*numbers, axis, 0 if sign > 0 else 1, self.elapsed, own)
-            if self.room(own, apart=True) > enough - rounding:
+            if self.room(own, apart=True) > enough - TABLE_ERROR * abs(enough):
                 return enough, tuple(own.tolist())
             starts.append(own[: landings + 1])
         bounds = np.full((landings + 1, 2), tables.step_duration)
         bounds[0] = np.maximum(bounds[0] - self.elapsed, 0.0)
         room, times = _search(
-            *self._numbers(even_steps(self.robot)), bounds,
+            *self.numbers(even_steps(self.robot)), bounds,
             np.array(starts + starts[:1] * STARTS), _grid(landings + 1), _ways(landings + 1),
         )  # fmt: skip
         return min(float(room), enough), tuple(times.tolist())
 
-    def _numbers(self, tails: NDArray[np.float64]) -> tuple[Any, ...]:
+    def numbers(self, tails: NDArray[np.float64]) -> tuple[Any, ...]:
         """The problem as the kernels take it."""
         tables = viable_displacement(self.robot)
         return (

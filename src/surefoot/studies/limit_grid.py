@@ -81,14 +81,22 @@ class LimitGrid:
         return room / -self._at(self.slope[row], foot, foot_velocity, elapsed)
 
     def _at(self, table: Array, foot: float, velocity: float, elapsed: float) -> float:
-        """A table between its nodes, linear in time, speed and place."""
-        value = 0.0
-        for (row, late), (level, fast) in itertools.product(
-            _neighbours(self.times, elapsed), _neighbours(self.speeds, velocity)
-        ):
-            if late * fast > 1e-9:
-                value += late * fast * float(np.interp(foot, self.feet, table[row, level]))
-        return value
+        nodes = (self.times, self.speeds, self.feet)
+        return between_nodes(table, nodes, elapsed, velocity, foot)
+
+
+def between_nodes(
+    table: Array, nodes: tuple[Array, Array, Array], elapsed: float, velocity: float, foot: float
+) -> float:
+    """A table of (times, speeds, feet) between its nodes, linear in each."""
+    times, speeds, feet = nodes
+    value = 0.0
+    for (row, late), (level, fast) in itertools.product(
+        _neighbours(times, elapsed), _neighbours(speeds, velocity)
+    ):
+        if late * fast > 1e-9:
+            value += late * fast * float(np.interp(foot, feet, table[row, level]))
+    return value
 
 
 def _neighbours(nodes: Array, place: float) -> list[tuple[int, float]]:

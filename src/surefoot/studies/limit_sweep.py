@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from surefoot.models.robot import Robot, Swing
 
 SETTLED = 1e-7
-"""The sweeps end when no offset moves further than this part of where the foot may be."""
+"""The sweeps end when no offset moves further [m]."""
 
 COARSEST = 0.009
 """No time step is longer [s]."""
@@ -157,8 +157,8 @@ class Sweep:
     def settle(self) -> Array:
         """Sweep without a push until nothing moves."""
         table = np.zeros((2, len(self.times), len(self.speeds), len(self.feet)))
-        change, width = math.inf, float(self.feet[-1] - self.feet[0])
-        while change > SETTLED * width:
+        change = math.inf
+        while change > SETTLED:
             landed = self.landed(table[:, 0, self.rest])[:, np.newaxis]
             before = table[:, 0, self.rest].copy()
             table[:, -1] = self.at_once(landed)
@@ -198,7 +198,9 @@ class Sweep:
             The largest offsets at the onset of pushes along the axis and against it, shape
             (2, 2, times, speeds, feet); -inf where no offset can be saved.
         """
-        forces = force * np.array([[1.0, -1.0], [-1.0, 1.0]])[:, :, np.newaxis, np.newaxis, np.newaxis]
+        forces = (
+            force * np.array([[1.0, -1.0], [-1.0, 1.0]])[:, :, np.newaxis, np.newaxis, np.newaxis]
+        )
         tables = np.stack([settled, settled])
         for _ in range(self.pushed):
             earlier = np.full_like(tables, -np.inf)

@@ -14,6 +14,7 @@ from surefoot.control.methods import method
 from surefoot.models.footsteps import Side
 from surefoot.models.interfaces import Controller
 from surefoot.models.pushes import Push
+from surefoot.planning.causal_limit import causal_push_limit
 from surefoot.planning.push_limit import fixed_steps_limit, push_limit
 from surefoot.simulation.disturbance import Disturbance
 from surefoot.simulation.simulate import simulate
@@ -122,8 +123,9 @@ def measure(protocol: Protocol, cell: Cell) -> dict[str, Any]:
 
 def limits_of(protocol: Protocol, cell: Cell) -> dict[str, float]:
     """What nobody can pass in a cell [N s]: `limit_point` with the ZMP at rest in the centre of
-    the foot, `limit_finite` with the whole sole, `limit_fixed` with the sole but fixed steps. They
-    are those of the robot that is really pushed, whatever its controller believes."""
+    the foot, `limit_finite` with the whole sole, `limit_causal` with it for those who do not know
+    when the push ends, `limit_fixed` with it but fixed steps. They are those of the robot that is
+    really pushed, whatever its controller believes."""
     robot = condition(cell.disturbance).plant(protocol.robot_with(cell.leg_speed))
     situation: dict[str, Any] = {
         "velocity": protocol.velocity,
@@ -135,6 +137,9 @@ def limits_of(protocol: Protocol, cell: Cell) -> dict[str, float]:
     return {
         "limit_point": push_limit(robot, direction, **situation).impulse,
         "limit_finite": push_limit(
+            robot, direction, zmp_reach=robot.foot.half, **situation
+        ).impulse,
+        "limit_causal": causal_push_limit(
             robot, direction, zmp_reach=robot.foot.half, **situation
         ).impulse,
         "limit_fixed": fixed_steps_limit(robot, direction, duration=cell.push_duration).impulse,

@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 from surefoot.checks import check_number
 from surefoot.models.interfaces import Controller
 from surefoot.models.pushes import PUSH
+from surefoot.planning.causal_limit import causal_push_limit
 from surefoot.planning.push_limit import check_leg, fixed_steps_limit, push_limit
 from surefoot.simulation.batch import simulate_batch
 from surefoot.simulation.description import describe
@@ -163,7 +164,7 @@ def measure_phase(
     """
     start = phase * controller.gait.step_duration
     limits = _limits(controller, grid, start, workers)
-    counts = [grid.count(limit) for limit in limits]
+    counts = [grid.count(limit) for limit, _ in limits]
     walked = _Walked.empty(grid.directions, max(counts))
 
     def walk(which: Sequence[NDArray[np.int64]], before: float, share: float) -> None:
@@ -186,8 +187,8 @@ def measure_phase(
     walk(first, 0.0, 0.85 if grid.stride > 1 else 1.0)
     walk([_between(walked.fate[cell], first[cell]) for cell in range(grid.directions)], 0.85, 0.15)
     return [
-        cell_row(controller, grid, phase, angle, limit, walked.cell(number, grid.step))
-        for number, (angle, limit) in enumerate(zip(grid.angles, limits, strict=True))
+        cell_row(controller, grid, phase, angle, both, walked.cell(number, grid.step))
+        for number, (angle, both) in enumerate(zip(grid.angles, limits, strict=True))
     ]
 
 
@@ -196,21 +197,22 @@ def cell_row(
     grid: PushGrid,
     phase: float,
     angle: float,
-    limit: float,
+    limits: tuple[float, float],
     walks: dict[str, NDArray[Any]],
 ) -> Row:
-    """One row of the table.
+    """One row of the table; `limits` are those of a push that is known, and of unknown end [N s].
 
     Returns:
         `phase` (fraction of the step), `angle` [deg], `impulse` (the smallest that fails, inf if
         none does [N s]), `delta_v` [m/s], `failure` (see `FAILURES`), `survived` (the largest
-        impulse below which all were [N s]), `limit` (with the whole sole, for anybody) and
-        `limit_fixed` (without moving a landing) [N s], `fraction` of the limit, at most 1, `holes`
+        impulse below which all were [N s]), `limit` (with the whole sole, for anybody),
+        `limit_causal` (for those who do not know when the push ends) and `limit_fixed` (without
+        moving a landing) [N s], `fraction` of the limit and `fraction_causal`, at most 1, `holes`
         (how many of the walked impulses above the smallest failing one were survived); and lists
         of the walks: `impulses` [N s], `fate` (0 recovered, 1 not settled, 2 fell),
         `recovery_steps` (-1 if none), `recovery_time` [s] (NaN if none), `margin` [m].
     """
-    fate, impulses = walks["fate"], walks["impulses"]
+    fate, impulses, (limit, causal) = walks["fate"], walks["impulses"], limits
     failed = np.flatnonzero(fate != RECOVERED)
     scanned = float(impulses[-1])
     impulse = float(impulses[failed[0]]) if len(failed) else math.inf
@@ -227,8 +229,10 @@ def cell_row(
         "survived": survived,
         "scanned": scanned,
         "limit": limit,
+        "limit_causal": causal,
         "limit_fixed": fixed,
         "fraction": min(survived / limit, 1.0) if limit > 0.0 else math.nan,
+        "fraction_causal": min(survived / causal, 1.0) if causal > 0.0 else math.nan,
         "holes": int(np.sum((fate == RECOVERED) & (impulses > impulse))),
         **{name: walks[name].tolist() for name in PER_WALK},
     }
@@ -289,19 +293,24 @@ def _pushes(
 
 def _limits(
     controller: Controller, grid: PushGrid, elapsed: float, workers: int | None
-) -> list[float]:
-    """What nobody can pass in each direction, with the whole sole [N s]."""
+) -> list[tuple[float, float]]:
+    """What nobody can pass in each direction, with the whole sole, and what nobody can who does not
+    know when the push ends [N s]."""
 
-    def limit(angle: float) -> float:
-        return push_limit(
-            controller.robot,
-            grid.direction(angle),
-            velocity=controller.gait.velocity,
-            elapsed=elapsed,
-            duration=grid.push_duration,
-            support_side=grid.support_side,
-            zmp_reach=controller.robot.foot.half,
-        ).impulse
+    def limit(angle: float) -> tuple[float, float]:
+        known, causal = (
+            largest(
+                controller.robot,
+                grid.direction(angle),
+                velocity=controller.gait.velocity,
+                elapsed=elapsed,
+                duration=grid.push_duration,
+                support_side=grid.support_side,
+                zmp_reach=controller.robot.foot.half,
+            ).impulse
+            for largest in (push_limit, causal_push_limit)
+        )
+        return known, causal
 
     # The tables that all share are made once.
     first, *others = grid.angles

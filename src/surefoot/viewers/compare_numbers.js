@@ -11,8 +11,9 @@ const comparison = (() => {
   // pushes[speed][duration][phase][angle] = {limits, cells by method}
   const pushes = new Map();
   const place = (speed, duration, phase, angle) => `${speed}/${duration}/${phase}/${angle}`;
-  const listed = data.pushes.map(([speed, duration, phase, angle, point, finite, fixed]) => {
-    const push = { phase, point, finite, fixed, cells: [] };
+  const listed = data.pushes.map(([speed, duration, phase, angle, point, finite, fixed, unknown]) => {
+    const causal = number(unknown);
+    const push = { phase, point, finite, fixed, causal, cells: [] };
     pushes.set(place(speed, duration, phase, angle), push);
     return push;
   });
@@ -24,6 +25,7 @@ const comparison = (() => {
     at.cells[method] = {
       failing, deltaV: number(deltaV), open, scanned, survived, phase: at.phase,
       failure: data.failures[failure], fraction: Math.min(survived / at.finite, 1),
+      causal: Math.min(survived / at.causal, 1),
     };
   }
 
@@ -98,6 +100,7 @@ const comparison = (() => {
     return {
       method, possible, cells: cells.length, complete: cells.length === possible,
       mean: mean(readings.map((entry) => entry.fraction)),
+      causal: mean(cells.map((cell) => cell.causal)),
       worst: cells.length ? least(cells.map((cell) => cell.fraction)) : NaN,
       open: cells.some((cell) => cell.open && cell.fraction < 1),
       fell: count("fell"), unsettled: count("unsettled"),

@@ -244,7 +244,8 @@
         cell(`${percent(own.worst)}${star}`), ...failing,
         cell(own.cells ? `${own.fell} / ${own.unsettled}` : "–"),
         cell(timeWords(number(method.p50))), cell(timeWords(number(method.tail))),
-        cell(own.complete ? String(own.cells) : `${own.cells} of ${own.possible}`));
+        cell(own.complete ? String(own.cells) : `${own.cells} of ${own.possible}`),
+        cell(`${percent(own.causal)}${star}`));
       row.classList.toggle("off", !box.checked);
       body.append(row);
     }
@@ -252,7 +253,7 @@
     byId("limits").replaceChildren(
       element("th", { scope: "row" }, "Limit of any policy"), element("td", {}, "100 %"), element("td", { class: "number" }, "100 %"),
       ...limits.map((limit) => element("td", { class: "number" }, Number.isNaN(limit) ? "–" : limit.toFixed(1))),
-      element("td", { colspan: 4 }));
+      element("td", { colspan: 5 }));
     const means = { worst: "Mean: over the directions, of the worst phase of each. Newtons: the smallest failing impulse over the phases.",
       mean: "Mean: over all directions and phases. Newtons: the mean of the smallest failing impulses." }[state.phase] ??
       "Mean: over the directions. Newtons: the smallest failing impulse.";

@@ -25,7 +25,7 @@ _POLICY = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inl
 
 _HEADINGS = (
     "Method", "Mean of the limit", "Worst", *(name.capitalize() for name in DIRECTIONS),
-    "Fell / not settled", "Cycle p50", "p99.9", "Cells",
+    "Fell / not settled", "Cycle p50", "p99.9", "Cells", "Mean if the end is unknown",
 )  # fmt: skip
 
 _KEY = (
@@ -122,7 +122,7 @@ def compare_page(
 def page_data(measured: Comparison, choice: Choice) -> dict[str, Any]:
     """What the script draws from: lists of values, and indices into them.
 
-    `pushes` are (leg speed, duration, phase, angle, three limits), the first four as indices;
+    `pushes` are (leg speed, duration, phase, angle, four limits), the first four as indices;
     `cells` are (method, push, impulse, delta_v, step, scanned, failure), the first two and the
     last as indices.
     """
@@ -138,7 +138,7 @@ def page_data(measured: Comparison, choice: Choice) -> dict[str, Any]:
                 [
                     speeds.index(cell.leg_speed), durations.index(cell.push_duration),
                     phases.index(cell.phase), angles.index(cell.angle),
-                    cell.limit_point, cell.limit_finite, cell.limit_fixed,
+                    cell.limit_point, cell.limit_finite, cell.limit_fixed, cell.limit_causal,
                 ]
             )  # fmt: skip
         cells.append(

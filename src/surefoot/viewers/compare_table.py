@@ -23,6 +23,7 @@ COLUMNS = (
     "adapts",
     "mean",
     "worst",
+    "causal",
     *(f"{name} [N s]" for name in DIRECTIONS),
     "fell",
     "unsettled",
@@ -37,8 +38,8 @@ LIMIT = "limit of any policy"
 _WIDE = 150
 """A terminal of so many columns takes the whole table."""
 
-_FIRST = (0, 2, 3, 4, 5, 6, 7, 8, 9)
-_SECOND = (0, 1, 10, 11, 12)
+_FIRST = (0, 2, 3, 5, 6, 7, 8, 9, 10)
+_SECOND = (0, 1, 4, 11, 12, 13)
 
 
 def compare_table(measured: Comparison, choice: Choice | None = None) -> Table:
@@ -74,7 +75,7 @@ def compare_table(measured: Comparison, choice: Choice | None = None) -> Table:
         rows.append(_row(method, score, failing))
     limits = {cell.angle: cell.limit_finite for cell in at.values()}
     around = [f"{limits[angle]:.1f}" if angle in limits else "–" for angle in DIRECTIONS.values()]
-    rows.append((LIMIT, "everything", "100 %", "100 %", *around, "", "", "", "", ""))
+    rows.append((LIMIT, "everything", "100 %", "100 %", "", *around, "", "", "", "", ""))
     return Table(
         title=speed_words(choice.leg_speed).capitalize(),
         note=_note(measured, choice),
@@ -119,7 +120,7 @@ def print_compare_table(
 
 def _aligned(text: str, column: int) -> str:
     """A share with room for the sign that others have behind them."""
-    share = COLUMNS[column] in ("mean", "worst")
+    share = COLUMNS[column] in ("mean", "worst", "causal")
     return f"{text} " if share and not text.endswith(INCOMPLETE) else text
 
 
@@ -138,6 +139,7 @@ def _row(method: Method, score: Score, failing: list[str]) -> tuple[str, ...]:
         method.adapts,
         mean_words(score),
         percent(score.worst) + ("" if score.complete or none else INCOMPLETE),
+        percent(score.causal) + ("" if score.complete or none else INCOMPLETE),
         *failing,
         "–" if none else str(score.fell),
         "–" if none else str(score.unsettled),
@@ -150,7 +152,8 @@ def _row(method: Method, score: Score, failing: list[str]) -> tuple[str, ...]:
 def _note(measured: Comparison, choice: Choice) -> str:
     words = (
         "Mean and worst: what is survived as a share of the limit, over all cells of this leg "
-        f"speed. {', '.join(angle_words(a) for a in DIRECTIONS.values())}: the smallest failing "
+        "speed; causal: the mean share of what can be survived without knowing when the push ends. "
+        f"{', '.join(angle_words(a) for a in DIRECTIONS.values())}: the smallest failing "
         f"impulse [N s] of a push of {choice.push_duration:g} s at phase {choice.phase:.3g}; "
         "– was not measured."
     ).replace("forward,", "Forward,", 1)

@@ -104,7 +104,9 @@ def protocol(measured: Comparison) -> list[str]:
         f"{', and '.join(speeds)}; the same for every method.",
         "The limit is the largest impulse that any policy could survive that learns of the push "
         "when it starts, with the same steps, times and leg. The share is what a method survives, "
-        "divided by the limit on the robot's finite foot. The limit on a point foot, and that of "
+        "divided by the limit on the robot's finite foot. No method here knows when a push ends. "
+        "Who does not has to be viable at every instant of it; where that limit is lower, the "
+        "share of it says more. The limit on a point foot, and that of "
         "fixed steps saved by the ZMP alone, are shown beside it. One schedule of landings has to "
         "serve both axes.",
         "Times are per control cycle, one walk at a time. A "

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import MISSING, dataclass, fields
 from functools import cached_property
 from typing import Any
 
@@ -35,6 +35,8 @@ class Cell:
         limit_point: the largest impulse that any policy could survive on a point foot [N s].
         limit_finite: the same on the robot's foot [N s].
         limit_fixed: the same with fixed steps, by the ZMP alone [N s].
+        limit_causal: `limit_finite` of those who do not know when the push ends, nan in what was
+            measured before it was computed [N s].
     """
 
     method: str
@@ -50,6 +52,7 @@ class Cell:
     limit_point: float
     limit_finite: float
     limit_fixed: float
+    limit_causal: float = math.nan
 
     @property
     def condition(self) -> tuple[float, float, float, float]:
@@ -72,6 +75,13 @@ class Cell:
         if self.limit_finite == 0.0:
             return math.nan
         return min(self.survived / self.limit_finite, 1.0)
+
+    @property
+    def causal_fraction(self) -> float:
+        """Of the limit of those who do not know when the push ends, likewise."""
+        if self.limit_causal == 0.0:
+            return math.nan
+        return min(self.survived / self.limit_causal, 1.0)
 
 
 @dataclass(frozen=True)
@@ -106,6 +116,7 @@ class Score:
     Attributes:
         mean: mean fraction of the limit, nan without cells.
         worst: smallest fraction, nan without cells.
+        causal: mean fraction of the limit of those who do not know when the push ends, or nan.
         at_least: whether a scan ended before anything failed, so that the mean is a lower bound.
         cells: how many were measured.
         possible: how many were measured by any method.
@@ -116,6 +127,7 @@ class Score:
 
     mean: float
     worst: float
+    causal: float
     at_least: bool
     cells: int
     possible: int
@@ -181,9 +193,11 @@ class Comparison:
         cells = list(cells)
         own = [cell for cell in cells if cell.method == method.key]
         fractions = [cell.fraction for cell in own if cell.limit_finite > 0.0]
+        causal = [cell.causal_fraction for cell in own if cell.limit_causal != 0.0]
         return Score(
             mean=math.fsum(fractions) / len(fractions) if fractions else math.nan,
             worst=min(fractions, default=math.nan),
+            causal=math.fsum(causal) / len(causal) if causal else math.nan,
             at_least=any(cell.unbroken and cell.fraction < 1.0 for cell in own),
             cells=len(own),
             possible=len({cell.condition for cell in cells}),
@@ -252,7 +266,7 @@ def comparison(
     known = tuple(_made(Method, entry, "method") for entry in methods)
     cells = tuple(_made(Cell, row, "row") for row in rows)
     keys = [method.key for method in known]
-    limits: dict[tuple[float, ...], tuple[float, ...]] = {}
+    limits: dict[tuple[float, ...], tuple[float | str, ...]] = {}
     seen: set[tuple[Any, ...]] = set()
     for key in keys:
         if keys.count(key) > 1:
@@ -262,7 +276,7 @@ def comparison(
         if (cell.method, cell.condition) in seen:
             raise ParameterError("each cell once", f"{cell!r} again", "leave one out")
         seen.add((cell.method, cell.condition))
-        own = (cell.limit_point, cell.limit_finite, cell.limit_fixed)
+        own = (cell.limit_point, cell.limit_finite, cell.limit_fixed, str(cell.limit_causal))
         if limits.setdefault(cell.condition, own) != own:
             raise ParameterError(
                 "the same limits for every method",
@@ -274,10 +288,12 @@ def comparison(
 
 def _made(kind: type, entry: Mapping[str, Any], name: str) -> Any:
     wanted = {field.name for field in fields(kind)}
-    if set(entry) != wanted:
+    optional = {field.name for field in fields(kind) if field.default is not MISSING}
+    if set(entry) | optional != wanted:
         raise ParameterError(
             f"a {name} with the keys {', '.join(field.name for field in fields(kind))}",
-            f"missing {sorted(wanted - set(entry))}, unknown {sorted(set(entry) - wanted)}",
+            f"missing {sorted(wanted - optional - set(entry))}, "
+            f"unknown {sorted(set(entry) - wanted)}",
             "give exactly these",
         )
     return kind(**{key: _plain(value) for key, value in entry.items()})
@@ -302,6 +318,7 @@ def _check_cell(cell: Cell, keys: Sequence[str]) -> None:
         "failure": (cell.failure in FAILURES, f"one of {', '.join(FAILURES)}"),
         "limit_point": (0.0 <= cell.limit_point < math.inf, "of at least 0 N s and finite"),
         "limit_finite": (0.0 <= cell.limit_finite < math.inf, "of at least 0 N s and finite"),
+        "limit_causal": (not cell.limit_causal < 0.0, "of at least 0 N s, nan if not computed"),
         "limit_fixed": (0.0 <= cell.limit_fixed < math.inf, "of at least 0 N s and finite"),
     }
     for name, (good, expected) in ranges.items():

@@ -33,6 +33,7 @@ class PushCube:
         impulse: the smallest that fails, inf if none does, shape (P, D) [N s].
         survived: the largest below which all are survived, shape (P, D) [N s].
         limit: the largest that any policy could survive, shape (P, D) [N s].
+        limit_causal: the same if nobody knows when the push ends, shape (P, D) [N s].
         limit_fixed: the same without moving a landing, shape (P, D) [N s].
         holes: how many walked impulses above the smallest failing one are survived, shape (P, D).
         fate: RECOVERED, UNSETTLED, FELL or NOT_WALKED, shape (P, D, N).
@@ -51,6 +52,7 @@ class PushCube:
     impulse: NDArray[np.float64]
     survived: NDArray[np.float64]
     limit: NDArray[np.float64]
+    limit_causal: NDArray[np.float64]
     limit_fixed: NDArray[np.float64]
     holes: NDArray[np.int64]
     fate: NDArray[np.int8]
@@ -62,6 +64,12 @@ class PushCube:
     def share(self) -> NDArray[np.float64]:
         """What is survived as a fraction of the limit, at most 1; NaN where there is no limit."""
         none = np.where(self.limit > 0.0, self.limit, math.nan)
+        return np.minimum(self.survived / none, 1.0)
+
+    @cached_property
+    def share_causal(self) -> NDArray[np.float64]:
+        """The same of what can be survived by those who do not know when the push ends."""
+        none = np.where(self.limit_causal > 0.0, self.limit_causal, math.nan)
         return np.minimum(self.survived / none, 1.0)
 
     @cached_property
@@ -113,7 +121,7 @@ def push_cube(
     fate = np.full((*shape, count), NOT_WALKED, np.int8)
     steps = np.full((*shape, count), -1, np.int16)
     margin = np.full((*shape, count), math.nan, np.float32)
-    names = ("impulse", "survived", "limit", "limit_fixed", "holes")
+    names = ("impulse", "survived", "limit", "limit_causal", "limit_fixed", "holes")
     single = {name: np.zeros(shape) for name in names}
     for row in rows:
         place = phases.index(row["phase"]), angles.index(row["angle"])
@@ -126,5 +134,6 @@ def push_cube(
     return PushCube(
         np.array(phases), np.array(angles), step, float(grid["coarse"]),
         float(grid["push_duration"]), single["impulse"], single["survived"], single["limit"],
-        single["limit_fixed"], single["holes"].astype(int), fate, steps, margin, dict(provenance),
+        single["limit_causal"], single["limit_fixed"], single["holes"].astype(int), fate, steps,
+        margin, dict(provenance),
     )  # fmt: skip

@@ -33,7 +33,7 @@ const cube = (() => {
     const survived = failing < 0 ? walks.at(-1).impulse : Math.max(walks[failing].impulse - step, 0);
     cells.push({
       phase: Math.floor(index / angles.length), angle: index % angles.length, walks, limit,
-      fixed: data.fixed[index], survived, failing: failing < 0 ? null : walks[failing],
+      causal: data.causal[index], fixed: data.fixed[index], survived, failing: failing < 0 ? null : walks[failing],
       share: limit > 0 ? Math.min(survived / limit, 1) : NaN,
       hole: failing >= 0 && walks.slice(failing).some((walk) => walk.fate === RECOVERED),
     });

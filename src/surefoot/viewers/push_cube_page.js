@@ -158,6 +158,7 @@
     }
     shape(picture, "path", { d: `M${x(cell.fixed)},4V276`, class: "limit fixed" });
     shape(picture, "path", { d: `M${x(cell.limit)},4V276`, class: "limit" });
+    shape(picture, "path", { d: `M${x(cell.causal)},4V276`, class: "limit causal" });
     const now = x(state.number * step);
     shape(picture, "path", { d: `M${now},4V276`, class: "now" });
     shape(picture, "path", { d: `M${now - 5},0h10l-5,7Z`, class: "now-tip" });
@@ -188,6 +189,7 @@
     }
     shape(picture, "path", { d: outline((cell) => cell.limit), class: "reach finite" });
     shape(picture, "path", { d: outline((cell) => cell.limit), class: "limit" });
+    shape(picture, "path", { d: outline((cell) => cell.causal), class: "limit causal" });
     shape(picture, "path", { d: outline((cell) => cell.fixed), class: "limit fixed" });
     shape(picture, "path", { d: outline((cell) => cell.survived), class: "survived" });
     const free = [225, 315, 135, 45].map((angle) => row.reduce((best, cell) => (Math.abs(angles[cell.angle] - angle) < Math.abs(angles[best.angle] - angle) ? cell : best)))

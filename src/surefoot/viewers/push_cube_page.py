@@ -53,6 +53,7 @@ _KEY = (
     ("<rect class='fate unsettled' x='12' y='4' width='6' height='9'/>", "did not settle"),
     ("<rect class='fate fell' x='12' y='8' width='6' height='5'/>", "fell"),
     ("<path class='limit' d='M1,7H29'/>", "limit of any policy"),
+    ("<path class='limit causal' d='M1,7H29'/>", "if its end is unknown"),
     ("<path class='limit fixed' d='M1,7H29'/>", "limit of fixed steps"),
     ("<path class='hole' d='M11,3l8,8M19,3l-8,8'/>", "a harder push is survived again"),
 )  # fmt: skip
@@ -118,6 +119,7 @@ def page_data(cube: PushCube) -> dict[str, Any]:
         "duration": cube.push_duration,
         "directions": DIRECTIONS,
         "limit": np.round(cube.limit, 3).ravel().tolist(),
+        "causal": np.round(cube.limit_causal, 3).ravel().tolist(),
         "fixed": np.round(cube.limit_fixed, 3).ravel().tolist(),
         "colours": COLOURS,
         "count": _packed(np.bincount(rows, minlength=len(cells)), "<u2"),

@@ -37,6 +37,8 @@ def summary(cube: PushCube) -> dict[str, Any]:
         "survived_most": float(survived.max()),
         "fraction_mean": float(np.nanmean(share)) if known else None,
         "fraction_worst": float(share[worst]) if known else None,
+        "fraction_causal_mean": float(np.nanmean(cube.share_causal)) if known else None,
+        "fraction_causal_worst": float(np.nanmin(cube.share_causal)) if known else None,
         "worst_phase": float(cube.phases[worst[0]]),
         "worst_angle": float(cube.angles[worst[1]]),
         "cells_with_holes": int((cube.holes > 0).sum()),
@@ -55,7 +57,10 @@ def finding(cube: PushCube) -> str:
         words += (
             f": {percent(found['fraction_mean'])} of the limit, and "
             f"{percent(found['fraction_worst'])} where it is weakest, "
-            f"{angle_words(found['worst_angle'])} at {found['worst_phase']:.3g} of the step"
+            f"{angle_words(found['worst_angle'])} at {found['worst_phase']:.3g} of the step. Of "
+            "what can be survived without knowing when the push ends it is "
+            f"{percent(found['fraction_causal_mean'])}, at least "
+            f"{percent(found['fraction_causal_worst'])}"
         )
     holes = found["cells_with_holes"]
     words += f". In {holes} of {found['cells']} cells " if holes else ". In no cell "
@@ -84,8 +89,9 @@ def protocol(cube: PushCube) -> list[str]:
         "and inward, over the standing foot to the other side (270°). The phase is the fraction of "
         "the nominal step at which the push begins; 0 is the touchdown.",
         "The limit is the largest impulse that any policy could survive that learns of the push "
-        "when it starts, with the same sole, steps, times and leg. That of fixed steps is by the "
-        "ZMP alone.",
+        "when it starts, with the same sole, steps, times and leg. Who does not know when the push "
+        "ends has to be viable at every instant of it; that limit is the thin line. That of fixed "
+        "steps is by the ZMP alone.",
         "Steps to recover are those finished from the end of the push to the first touchdown at "
         "which the robot is back. The margin is the least, over all touchdowns, of how far the DCM "
         "offset was inside of what stepping can save with a whole sole and a leg without limits; "

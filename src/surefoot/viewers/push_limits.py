@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 from rich.console import Console
@@ -12,6 +12,7 @@ from rich.table import Table
 from surefoot.errors import VelocityError
 from surefoot.models.footsteps import Side
 from surefoot.models.robot import Robot
+from surefoot.planning.causal_limit import causal_push_limit
 from surefoot.planning.nominal_gait import nominal_gait
 from surefoot.planning.push_limit import (
     ImpulseLimit,
@@ -23,6 +24,9 @@ from surefoot.planning.push_limit import (
 
 _FEET = {"point_foot": "A point foot", "finite_foot": "The whole sole"}
 """How the feet are called in the numbers, and over a table."""
+
+_SAME = 0.9995
+"""From this share on the two limits are printed as one [-]."""
 
 _WIDTH = 92
 """No table is wider, that its rows stay easy to follow [characters]."""
@@ -91,7 +95,8 @@ def push_limits_summary(
 def _impulses(
     robot: Robot, phases: Sequence[float], velocity: tuple[float, float], duration: float
 ) -> dict[str, Any]:
-    """Impulses by foot and direction, and those of the ZMP alone."""
+    """Impulses by foot and direction, of a push that is known and, `causal`, of one whose end is
+    not; and those of the ZMP alone."""
     directions = eight_directions(Side.RIGHT)
     numbers: dict[str, Any] = {
         "fixed_steps": {
@@ -99,19 +104,21 @@ def _impulses(
             for name, way in directions.items()
         }
     }
+    numbers["causal"] = {}
     for foot, reach in zip(_FEET, ((0.0, 0.0), robot.foot.half), strict=True):
-        numbers[foot] = {
-            name: _numbers(
-                [
-                    push_limit(
-                        robot, way, velocity=velocity, elapsed=elapsed, duration=duration,
-                        zmp_reach=reach,
-                    )
-                    for elapsed in phases
-                ]
-            )
-            for name, way in directions.items()
-        }  # fmt: skip
+        for told, limit in ((numbers, push_limit), (numbers["causal"], causal_push_limit)):
+            told[foot] = {
+                name: _numbers(
+                    [
+                        limit(
+                            robot, way, velocity=velocity, elapsed=elapsed, duration=duration,
+                            zmp_reach=reach,
+                        )
+                        for elapsed in phases
+                    ]
+                )
+                for name, way in directions.items()
+            }  # fmt: skip
     return numbers
 
 
@@ -130,12 +137,15 @@ def print_push_limits(limits: dict[str, Any], console: Console) -> None:
             console.print(f"No limit: it cannot swing as the gait wants ({leg['refused']}).")
             continue
         for foot in _FEET:
-            console.print(_table(limits["elapsed"], leg, foot, min(console.width, _WIDTH)))
+            width = min(console.width, _WIDTH)
+            console.print(_table(limits["elapsed"], leg, foot, width))
+            console.print(_of_unknown_end(limits["elapsed"], leg, foot, width))
     console.print(
         "\nOutward is towards the swing foot, inward over the standing foot to the other side. A "
         "point foot cannot move the ZMP, a sole moves it to its edge. 'fixed': steps as planned, "
         "the ZMP alone does what it can, at any time. The limits of a leg hold for each axis by "
-        "itself. Taken for granted: the pendulum, and a push that is known as soon as it starts."
+        "itself. Taken for granted: the pendulum, and a push that is known as soon as it starts, "
+        "its end included; who does not know the end has to be viable at every instant of it."
     )
     if "check" in limits:
         check = limits["check"]
@@ -144,20 +154,33 @@ def print_push_limits(limits: dict[str, Any], console: Console) -> None:
             f"difference is {100.0 * check['fraction']:.2f} %: {check['impulse']:.1f} N s, on the "
             f"grid {check['grid_impulse']:.1f} N s, {check['direction']} at "
             f"{check['elapsed']:.2f} s, {'sole' if check['finite_foot'] else 'point foot'}, "
-            f"{leg_words(check['leg_speed'], check['leg_acceleration'])}."
+            f"{leg_words(check['leg_speed'], check['leg_acceleration'])}. Where not to "
+            f"know the end costs most they differ by "
+            f"{100.0 * check['causal']['fraction']:.2f} % at most."
         )
 
 
+def _of_unknown_end(
+    phases: Sequence[float], leg: dict[str, Any], foot: str, width: int
+) -> Table | str:
+    """What share of the limits is left if nobody knows when the push ends."""
+    shares = {name: _shares(leg, foot, name) for name in leg[foot]}
+    if min(min(row) for row in shares.values()) >= _SAME:
+        return "As much, if nobody knows when the push ends."
+    table = _headed("Of that, if nobody knows when the push ends", leg[foot], width)
+    for row, elapsed in enumerate(phases):
+        told = (100.0 * one[row] for one in shares.values())
+        table.add_row(f"{elapsed:.2f}", *(f"{share:.0f} %" for share in told))
+    return table
+
+
+def _shares(leg: dict[str, Any], foot: str, name: str) -> list[float]:
+    known, causal = (told[foot][name]["impulse"] for told in (leg, leg["causal"]))
+    return [one / of if of > 0.0 else 1.0 for one, of in zip(causal, known, strict=True)]
+
+
 def _table(phases: Sequence[float], leg: dict[str, Any], foot: str, width: int) -> Table:
-    table = Table(
-        title=_FEET[foot], title_justify="left", title_style="", box=None, pad_edge=False,
-        padding=(0, 0, 0, 1), width=width, expand=True,
-    )  # fmt: skip
-    table.add_column("push\nat [s]", justify="right", no_wrap=True, header_style="bold")
-    for name in leg[foot]:
-        first, _, second = name.partition("-")
-        head = f"{first}\n{second}" if second else f"\n{first}"
-        table.add_column(head, justify="right", no_wrap=True, header_style="bold")
+    table = _headed(_FEET[foot], leg[foot], width)
     for row, elapsed in enumerate(phases):
         table.add_row(
             f"{elapsed:.2f}",
@@ -166,6 +189,20 @@ def _table(phases: Sequence[float], leg: dict[str, Any], foot: str, width: int) 
     if foot == "finite_foot":
         fixed = leg["fixed_steps"].values()
         table.add_row("fixed", *(_entry(each["impulse"][0], each["delta_v"][0]) for each in fixed))
+    return table
+
+
+def _headed(title: str, names: Iterable[str], width: int) -> Table:
+    """An empty table with a column for the time of the push and one for each direction."""
+    table = Table(
+        title=title, title_justify="left", title_style="", box=None, pad_edge=False,
+        padding=(0, 0, 0, 1), width=width, expand=True,
+    )  # fmt: skip
+    table.add_column("push\nat [s]", justify="right", no_wrap=True, header_style="bold")
+    for name in names:
+        first, _, second = name.partition("-")
+        head = f"{first}\n{second}" if second else f"\n{first}"
+        table.add_column(head, justify="right", no_wrap=True, header_style="bold")
     return table
 
 
