@@ -113,11 +113,15 @@ def walked_cost(controller, cycle: int, deviation, unknowns) -> float:
     shift = unknowns[controller.samples + steps :]
     feet = placed_feet(seen.feet, steps) @ moved
     com, velocity = 0.5 * deviation[0], 0.5 * OMEGA * deviation[0]
-    lean, rate = deviation[1:] if len(deviation) == 3 else (0.0, 0.0)
+    lean, rate = deviation[1:3] if len(deviation) == 4 else (0.0, 0.0)
+    # A push that goes on for a while acts like a ZMP further back.
+    push = deviation[-1] if len(deviation) > 1 else 0.0
+    lasting, begins = getattr(controller, "push_horizon", 0.0), np.cumsum(seen.lengths)
     weight, cost = ROBOT.mass * ROBOT.gravity, 0.0
     for i, length in enumerate(seen.lengths):
         share = length / node
         pivot = zmp[i] + feet[i] + (shift[i] if len(shift) else 0.0)
+        pivot -= push * min(max((lasting - begins[i] + length) / length, 0.0), 1.0)
         com, velocity = com_flow(com, velocity, pivot, OMEGA, length)
         cost += 0.5 * share * controller.velocity_weight * velocity**2
         cost += 0.5 * share * controller.zmp_weight * zmp[i] ** 2
@@ -135,6 +139,11 @@ def test_the_program_is_the_cost_of_the_walk(kind) -> None:
     controller = kind(ROBOT, (0.5, 0.0))
     for _ in range(5):
         cycle, (deviation, gradient, _, _) = random_moment(controller, rng)
+        if deviation.shape[1] > 1:
+            # It has seen nothing before, so no push either.
+            assert (deviation[:, -1] == 0.0).all()
+            deviation[:, -1] = rng.normal(scale=0.05, size=2)
+            gradient += np.outer(deviation[:, -1], controller.programs.gain[cycle, :, -1])
         for axis in range(2):
             nothing = np.zeros(gradient.shape[1])
             base = walked_cost(controller, cycle, deviation[axis], nothing)

@@ -61,8 +61,11 @@ class Method:
         Raises:
             SurefootError: its class refuses the arguments.
         """
-        rates = {name: times * robot.omega for name, times in self.rates.items()}
-        return self.make(robot, velocity, **{**self.parameters, **rates, **parameters})
+        given = {**self.parameters, **parameters}
+        for name, times in self.rates.items():
+            if given.get(name) is None:
+                given[name] = times * robot.omega
+        return self.make(robot, velocity, **given)
 
 
 METHODS = (
@@ -143,7 +146,7 @@ METHODS = (
         StepTiming,
         "Khadiv et al. 2016, 2020",
         "step location, timing",
-        "leaves the ZMP at the centre of the foot; knows the leg, as published it does not",
+        "leaves the ZMP at the centre of the foot; knows the leg, which as published it does not",
         parameters=MappingProxyType({"knows_leg": True}),
     ),
     Method(
@@ -161,7 +164,7 @@ METHODS = (
         HybridController,
         "On-line gait adjustment, III-C",
         "ZMP or step location, timing",
-        "holds the ZMP while it adapts the step; knows the leg, as published it does not",
+        "holds the ZMP while it adapts the step; knows the leg, which as published it does not",
         parameters=MappingProxyType({"knows_leg": True}),
     ),
     Method(

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 
@@ -219,12 +220,11 @@ def gait_room(
     Raises:
         RobotError: the leg is too slow to step at all.
     """
-    tables, side = viable_displacement(robot), Side.RIGHT
-    rooms = []
-    for axis in range(2):
-        # A step of the right foot counts to the left, and then the left foot stands.
-        step = gait.step(side)[axis]
-        offset = gait.dcm_offset(side)[axis] * (1.0 if axis == 0 else -1.0)
+    tables, rooms = viable_displacement(robot), []
+    for axis, side in product(range(2), Side):
+        # Across, a step counts towards its swing foot, and its offset towards the next one.
+        step = gait.step(side)[axis] * (1 if axis == 0 else side)
+        offset = gait.dcm_offset(side)[axis] * (1 if axis == 0 else -side)
         for sign in (1, -1):
             value = tables.after_step(axis, sign, step)
             rooms.append(value + zmp_reach[axis] - sign * offset)
