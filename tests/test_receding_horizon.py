@@ -252,6 +252,35 @@ def test_what_fixed_timing_allows() -> None:
     assert pushed(controller, limit + 1.0, (0.0, 1.0)).outcome is sf.Outcome.FELL
 
 
+LATE = {"forward": 103.0, "back": 200.0, "outward": 83.0, "inward": 78.0}
+"""Survived of a push of 0.2 s that begins 0.1 s before a touchdown [N s]; forward and outward by an
+independent version of the method, the others three quarters of the limit of fixed timing."""
+
+
+@pytest.mark.parametrize("direction", AXES)
+def test_a_push_late_in_the_step_is_expected_to_go_on(direction: str) -> None:
+    force = np.array(AXES[direction]) * LATE[direction] / 0.2
+    push = [sf.Push(1.4, 0.2, (float(force[0]), float(force[1])))]
+    controller = sf.FootPlacementMpc(ROBOT, (0.5, 0.0))
+    assert sf.simulate(controller, 6.0, push).outcome is sf.Outcome.RECOVERED
+    published = sf.FootPlacementMpc(ROBOT, (0.5, 0.0), push_horizon=0.0)
+    assert sf.simulate(published, 6.0, push).outcome is sf.Outcome.FELL
+
+
+@pytest.mark.parametrize("direction", AXES)
+@pytest.mark.parametrize("duration", [0.05, 0.1])
+def test_a_push_that_ends_before_it_is_expected_to_costs_nothing(direction, duration) -> None:
+    """What was decided for a push that goes on can be taken back."""
+    for share in (0.3, 0.6, 0.85):
+        impulse = (
+            share * {"forward": 88.0, "back": 200.0, "outward": 80.0, "inward": 64.0}[direction]
+        )
+        force = np.array(AXES[direction]) * impulse / duration
+        push = [sf.Push(1.4, duration, (float(force[0]), float(force[1])))]
+        rollout = sf.simulate(sf.FootPlacementMpc(ROBOT, (0.5, 0.0)), 6.0, push)
+        assert rollout.outcome is sf.Outcome.RECOVERED, share
+
+
 def test_hips_survive_what_feet_alone_do_not() -> None:
     feet, hips = sf.FootPlacementMpc(ROBOT, (0.5, 0.0)), sf.AnkleHipStepMpc(ROBOT, (0.5, 0.0))
     assert pushed(feet, 61.0).outcome is sf.Outcome.FELL

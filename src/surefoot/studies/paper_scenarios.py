@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from surefoot.control.dcm_tracking import DcmTracking
+from surefoot.control.defaults import filled
 from surefoot.control.hybrid import HybridController
 from surefoot.models.footsteps import Side
 from surefoot.models.interfaces import Command, Controller
@@ -88,7 +89,7 @@ def replay_fall(robot: Robot, double_support: float, pushes: Sequence[Push] = ()
     """
     controller = DcmTracking(robot, VELOCITY, project_zmp=False, double_support=double_support)
     plan = simulate(controller, REPLAY_DURATION)
-    gain = 1.0 + controller.dcm_gain / robot.omega
+    gain = 1.0 + filled(controller.dcm_gain) / robot.omega
     commands = plan.commands.copy()
     commands["zmp"] = _planned_zmp(plan, gain)
     simulator = LipmSimulator(robot, controller.period, pushes)
