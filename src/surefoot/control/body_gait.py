@@ -35,18 +35,12 @@ SWING = Swing(height=0.05, landing_velocity=0.05, max_speed=4.0, max_acceleratio
 """Likewise how the feet swing: one that comes down faster is higher up when a late push sends it
 on, and strikes the floor on its way."""
 
-PARAMETERS = MappingProxyType(
-    {
-        "unified": {"horizon": 0.1, "tau_weight": 0.01, "commitment": 0.1},
-        "hybrid": {"knows_leg": False},
-        "step-timing": {"knows_leg": False},
-    }
-)
+PARAMETERS = MappingProxyType({"unified": {"horizon": 0.1, "tau_weight": 0.01, "commitment": 0.1}})
 """What a method does differently on a body, by its key in `control.methods`.
 
 The unified controller steps sooner rather than wider, which friction and legs limit; it does not
 believe that a push goes on for long, since it sees what its model lacks as a push too; and a foot
-needs a tenth of a second to come down. The paper's methods are as published.
+needs a tenth of a second to come down.
 """
 
 

@@ -39,6 +39,7 @@ class Method:
         slow: whether one decision takes milliseconds, so that it is compared only if asked for.
         parameters: that make this variant of the class.
         rates: likewise, as multiples of the robot's omega.
+        compared: what it is given beside these where methods are compared, each at its best.
     """
 
     key: str
@@ -52,6 +53,7 @@ class Method:
     slow: bool = False
     parameters: MappingProxyType[str, Any] = field(default_factory=lambda: MappingProxyType({}))
     rates: MappingProxyType[str, float] = field(default_factory=lambda: MappingProxyType({}))
+    compared: MappingProxyType[str, Any] = field(default_factory=lambda: MappingProxyType({}))
 
     def controller(
         self, robot: Robot, velocity: tuple[float, float], **parameters: Any
@@ -147,7 +149,7 @@ METHODS = (
         "Khadiv et al. 2016, 2020",
         "step location, timing",
         "leaves the ZMP at the centre of the foot; knows the leg, which as published it does not",
-        parameters=MappingProxyType({"knows_leg": True}),
+        compared=MappingProxyType({"knows_leg": True}),
     ),
     Method(
         "timing-nlp",
@@ -165,7 +167,7 @@ METHODS = (
         "On-line gait adjustment, III-C",
         "ZMP or step location, timing",
         "holds the ZMP while it adapts the step; knows the leg, which as published it does not",
-        parameters=MappingProxyType({"knows_leg": True}),
+        compared=MappingProxyType({"knows_leg": True}),
     ),
     Method(
         "unified",
