@@ -80,7 +80,8 @@ def test_one_rule_for_a_whole_budget_and_the_papers_without() -> None:
 def test_the_worst_walk_counts() -> None:
     cell = Cell("hybrid", 90.0, 0.5, 0.2, 3.0, "com-offset")
     row = measure(SMALL, cell)
-    controller = method("hybrid").controller(SMALL.robot_with(3.0), (0.5, 0.0))
+    one = method("hybrid")
+    controller = one.controller(SMALL.robot_with(3.0), (0.5, 0.0), **one.compared)
     own = [
         sf.smallest_failing_push(
             controller, (0.0, 1.0), start=1.25, step=10.0, disturbance=one, must_settle=False

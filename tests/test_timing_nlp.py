@@ -65,6 +65,7 @@ def test_one_step_of_a_point_foot_is_the_exact_solution() -> None:
             offset_min=viable.lower,
             offset_max=viable.upper,
             offset_weight=ONE_STEP.offset,
+            tau_weight=ONE_STEP.tau,
         )
         exact = sf.solve_step(problem)
         nominal = sequence.nominal(side, elapsed)

@@ -39,6 +39,7 @@ class Method:
         slow: whether one decision takes milliseconds, so that it is compared only if asked for.
         parameters: that make this variant of the class.
         rates: likewise, as multiples of the robot's omega.
+        compared: what it is given beside these where methods are compared, each at its best.
     """
 
     key: str
@@ -52,6 +53,7 @@ class Method:
     slow: bool = False
     parameters: MappingProxyType[str, Any] = field(default_factory=lambda: MappingProxyType({}))
     rates: MappingProxyType[str, float] = field(default_factory=lambda: MappingProxyType({}))
+    compared: MappingProxyType[str, Any] = field(default_factory=lambda: MappingProxyType({}))
 
     def controller(
         self, robot: Robot, velocity: tuple[float, float], **parameters: Any
@@ -61,8 +63,11 @@ class Method:
         Raises:
             SurefootError: its class refuses the arguments.
         """
-        rates = {name: times * robot.omega for name, times in self.rates.items()}
-        return self.make(robot, velocity, **{**self.parameters, **rates, **parameters})
+        given = {**self.parameters, **parameters}
+        for name, times in self.rates.items():
+            if given.get(name) is None:
+                given[name] = times * robot.omega
+        return self.make(robot, velocity, **given)
 
 
 METHODS = (
@@ -143,8 +148,8 @@ METHODS = (
         StepTiming,
         "Khadiv et al. 2016, 2020",
         "step location, timing",
-        "leaves the ZMP at the centre of the foot; knows the leg, as published it does not",
-        parameters=MappingProxyType({"knows_leg": True}),
+        "leaves the ZMP at the centre of the foot; knows the leg, which as published it does not",
+        compared=MappingProxyType({"knows_leg": True}),
     ),
     Method(
         "timing-nlp",
@@ -161,8 +166,8 @@ METHODS = (
         HybridController,
         "On-line gait adjustment, III-C",
         "ZMP or step location, timing",
-        "holds the ZMP while it adapts the step; knows the leg, as published it does not",
-        parameters=MappingProxyType({"knows_leg": True}),
+        "holds the ZMP while it adapts the step; knows the leg, which as published it does not",
+        compared=MappingProxyType({"knows_leg": True}),
     ),
     Method(
         "unified",

@@ -249,27 +249,21 @@ class PreviewControl:
                 f"{self.preview} s in periods of {self.period} s",
                 "look less far ahead, or decide less often",
             )
-        # In units of 1 / omega, so that similar robots have the same numbers.
-        omega = self.robot.omega
         gains = preview_gains(
-            1.0,
-            omega * self.period,
+            self.robot.omega,
+            self.period,
             samples,
             self.error_weight,
-            (
-                self.state_weight[0],
-                self.state_weight[1] * omega**2,
-                self.state_weight[2] * omega**4,
-            ),
-            filled(self.input_weight) * omega**6,
+            self.state_weight,
+            filled(self.input_weight),
         )
         parameters, robot, gait = new_array(PREVIEW), self.robot, self.gait
         parameters["omega"], parameters["period"] = robot.omega, self.period
         parameters["half_foot"] = robot.foot.half
-        parameters["integral_gain"] = gains.integral * omega**3
-        parameters["state_gain"] = gains.state * (omega**3, omega**2, omega)
+        parameters["integral_gain"] = gains.integral
+        parameters["state_gain"] = gains.state
         parameters["samples"] = samples
-        parameters["step_gain"][0, :samples] = omega**3 * np.cumsum(gains.preview[::-1])[::-1]
+        parameters["step_gain"][0, :samples] = np.cumsum(gains.preview[::-1])[::-1]
         parameters["step_duration"] = gait.step_duration
         for side in Side:
             parameters["step"][0, side_index.py_func(side)] = gait.step(side)

@@ -95,9 +95,10 @@ class StepTiming:
         )
         # The hybrid cycle that decides the step from no error on: its tracking never has its turn.
         parameters["threshold"] = 0.0
-        knows_leg = self.knows_leg and self.robot.swing.is_limited
-        parameters["knows_leg"] = knows_leg
-        if knows_leg:
+        # Of a leg without limits there is nothing to know.
+        object.__setattr__(self, "knows_leg", self.knows_leg and self.robot.swing.is_limited)
+        parameters["knows_leg"] = self.knows_leg
+        if self.knows_leg:
             parameters["saved"] = saved_by(self.robot)
         for side in Side:
             parameters["problem"][0, side_index.py_func(side)] = self.step_problem(side).array[0]

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 
@@ -219,18 +220,14 @@ def gait_room(
     Raises:
         RobotError: the leg is too slow to step at all.
     """
-    tables = viable_displacement(robot)
-    rooms = []
-    # A step to the side is outward for one foot and inward for the other.
-    for side in (Side.RIGHT, Side.LEFT):
-        step, offset = gait.step(side), gait.dcm_offset(side)
-        for axis in range(2):
-            # Across, a step counts towards the foot that swings in it, an offset towards the next.
-            turn = 1.0 if axis == 0 else float(side)
-            for sign in (1, -1):
-                value = tables.after_step(axis, sign, turn * step[axis])
-                turned = (1.0 if axis == 0 else -turn) * offset[axis]
-                rooms.append(value + zmp_reach[axis] - sign * turned)
+    tables, rooms = viable_displacement(robot), []
+    for axis, side in product(range(2), Side):
+        # Across, a step counts towards its swing foot, and its offset towards the next one.
+        step = gait.step(side)[axis] * (1 if axis == 0 else side)
+        offset = gait.dcm_offset(side)[axis] * (1 if axis == 0 else -side)
+        for sign in (1, -1):
+            value = tables.after_step(axis, sign, step)
+            rooms.append(value + zmp_reach[axis] - sign * offset)
     return min(rooms)
 
 

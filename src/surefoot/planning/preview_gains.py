@@ -89,10 +89,17 @@ def preview_gains(
     Raises:
         ParameterError: rounding leaves no stable gains of these weights.
     """
-    a, b = error_system(omega, sample_time)
-    q = np.diag((error_weight, *state_weight))
-    p = _riccati(a, b, q, input_weight)
-    inverse = 1.0 / (input_weight + (b.T @ p @ b).item())
+    # In units of 1 / omega, to some digits, so that similar robots have the same gains to the bit.
+    a, b = error_system(1.0, _digits(omega * sample_time))
+    weights = (
+        error_weight,
+        state_weight[0],
+        _digits(state_weight[1] * omega**2),
+        _digits(state_weight[2] * omega**4),
+    )
+    effort = _digits(input_weight * omega**6)
+    p = _riccati(a, b, np.diag(weights), effort)
+    inverse = 1.0 / (effort + (b.T @ p @ b).item())
     gain = inverse * (b.T @ p @ a)
     closed = a - b @ gain
     if not (np.isfinite(closed).all() and np.abs(np.linalg.eigvals(closed)).max() < 1.0):
@@ -105,7 +112,15 @@ def preview_gains(
     for k in range(samples):
         preview[k] = inverse * (b[:, 0] @ costate)
         costate = closed.T @ costate
-    return PreviewGains(float(gain[0, 0]), gain[0, 1:], preview, p)
+    units = np.array([1.0, 1.0, 1.0 / omega, 1.0 / omega**2])
+    gain, jerk = gain[0] * units, omega**3
+    return PreviewGains(
+        jerk * float(gain[0]), jerk * gain[1:], jerk * preview, units[:, None] * p * units
+    )
+
+
+def _digits(value: float) -> float:
+    return float(f"{value:.13g}")
 
 
 def _riccati(

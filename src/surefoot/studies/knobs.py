@@ -12,8 +12,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from surefoot.control.methods import method
-from surefoot.control.settings import settings
+from surefoot.control.settings import settings, with_settings
 from surefoot.errors import ParameterError
 from surefoot.models.robot import Robot, load_robot
 
@@ -24,6 +23,9 @@ OF_THE_QUESTION = ("step_duration", "period")
 """Parameters that change what is measured rather than how well it is answered."""
 
 COMPONENTS = ("x", "y")
+
+VELOCITY = (0.5, 0.0)
+"""At which the paper's biped walks, if defaults are asked for without a robot [m/s]."""
 
 
 @dataclass(frozen=True)
@@ -78,19 +80,26 @@ RANGES: Mapping[str, tuple[Knob, ...]] = {
 """What is searched unless one is told otherwise, by the key of the method."""
 
 
-def knobs_of(key: str, asked: Iterable[str] = (), robot: Robot | None = None) -> tuple[Knob, ...]:
+def knobs_of(
+    key: str,
+    asked: Iterable[str] = (),
+    robot: Robot | None = None,
+    velocity: tuple[float, float] = VELOCITY,
+) -> tuple[Knob, ...]:
     """The knobs that are to be searched.
 
     Args:
         key: of the method.
         asked: `NAME` or `NAME=LOW:HIGH`; only these are searched. All of `RANGES` if none.
-        robot: whose they are, the paper's biped if None: some defaults follow from it.
+        robot: whose defaults count; the paper's biped if None.
+        velocity: of its gait [m/s].
 
     Raises:
         ParameterError: a method without knobs, an unknown one, or a range that is none or leaves
             out the default.
     """
-    usual = {knob.name: knob for knob in RANGES.get(method(key).key, ())}
+    usual = {knob.name: knob for knob in RANGES.get(key, ())}
+    settings(key)  # refused now, if there is no such method
     texts = list(asked)
     if not usual:
         raise ParameterError(
@@ -100,7 +109,7 @@ def knobs_of(key: str, asked: Iterable[str] = (), robot: Robot | None = None) ->
         )
     if not texts:
         return tuple(usual.values())
-    defaults = _defaults(key, robot)
+    defaults = _defaults(key, robot, velocity)
     possible = [*usual, *(name for name in _settable(defaults) if name not in usual)]
     knobs = [_knob(text, usual, possible) for text in texts]
     names = [knob.name for knob in knobs]
@@ -119,10 +128,17 @@ def knobs_of(key: str, asked: Iterable[str] = (), robot: Robot | None = None) ->
 
 
 def parameters_of(
-    key: str, knobs: Iterable[Knob], values: Mapping[str, float], robot: Robot | None = None
+    key: str,
+    knobs: Iterable[Knob],
+    values: Mapping[str, float],
+    robot: Robot | None = None,
+    velocity: tuple[float, float] = VELOCITY,
 ) -> dict[str, float | tuple[float, ...]]:
-    """The parameters of a method that differ from its defaults, with knobs at these values."""
-    defaults = _defaults(key, robot)
+    """The parameters of a method that differ from its defaults, with knobs at these values.
+
+    Robot and velocity as for `knobs_of`.
+    """
+    defaults = _defaults(key, robot, velocity)
     changed: dict[str, Any] = {}
     for knob in knobs:
         if values[knob.name] == knob.read(defaults):
@@ -137,15 +153,20 @@ def parameters_of(
     return changed
 
 
-def defaults_of(key: str, knobs: Iterable[Knob], robot: Robot | None = None) -> dict[str, float]:
-    """The default of every knob."""
-    defaults = _defaults(key, robot)
+def defaults_of(
+    key: str,
+    knobs: Iterable[Knob],
+    robot: Robot | None = None,
+    velocity: tuple[float, float] = VELOCITY,
+) -> dict[str, float]:
+    """The default of every knob; robot and velocity as for `knobs_of`."""
+    defaults = _defaults(key, robot, velocity)
     return {knob.name: knob.read(defaults) for knob in knobs}
 
 
-def _defaults(key: str, robot: Robot | None) -> dict[str, Any]:
-    """All settings of a method as they are where none is given, for a robot that stands."""
-    made = method(key).controller(robot or load_robot("paper-biped"), (0.0, 0.0))
+def _defaults(key: str, robot: Robot | None, velocity: tuple[float, float]) -> dict[str, Any]:
+    """What a method has where nothing is set: some of it follows from the robot and its gait."""
+    made = with_settings(key, robot or load_robot("paper-biped"), velocity, {})
     return {name: getattr(made, name) for name in settings(key)}
 
 

@@ -184,7 +184,9 @@ def _controller(
     robot: Robot, hip: float, speed: float, weight: tuple[float, float], penalty: float
 ) -> HybridController:
     varied = robot.replace(hip=hip).with_leg(max_speed=speed)
-    return HybridController(varied, VELOCITY, offset_weight=weight, offset_penalty=penalty)
+    return HybridController(
+        varied, VELOCITY, tau_weight=1.0, offset_weight=weight, offset_penalty=penalty
+    )
 
 
 def _largest(absorbed: NDArray[np.bool_], adapted: NDArray[np.bool_]) -> float:

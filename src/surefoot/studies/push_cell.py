@@ -34,7 +34,8 @@ def controller_of(protocol: Protocol, key: str, leg_speed: float) -> Controller:
     Raises:
         SurefootError: the method cannot control this robot, or its library is not installed.
     """
-    return method(key).controller(protocol.robot_with(leg_speed), protocol.velocity)
+    one = method(key)
+    return one.controller(protocol.robot_with(leg_speed), protocol.velocity, **one.compared)
 
 
 @lru_cache(maxsize=256)

@@ -118,7 +118,7 @@ def tune(
     """
     if isinstance(trials, bool) or not isinstance(trials, int) or trials < 1:
         raise ParameterError("`trials` of at least 1", repr(trials), "100 is usual")
-    defaults = defaults_of(question.method, question.knobs, question.robot)
+    defaults = defaults_of(question.method, question.knobs, question.robot, question.velocity)
     # Before the folder is claimed, so that a mistake leaves nothing behind.
     check_preference(prefer)
     optional_module("optuna", "tuning", "tune")
@@ -166,7 +166,9 @@ class _Measured:
     expected: int | None = None
 
     def __post_init__(self) -> None:
-        defaults = defaults_of(self.question.method, self.question.knobs, self.question.robot)
+        defaults = defaults_of(
+            self.question.method, self.question.knobs, self.question.robot, self.question.velocity
+        )
         self.default = self.score(defaults, "seen")
 
     def of(self, found: Score) -> Objectives:

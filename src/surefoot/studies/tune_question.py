@@ -68,7 +68,9 @@ class Question:
     def __post_init__(self) -> None:
         check_seed(self.seed)
         check_number("step", self.step, 0.0, "-", above=True)
-        object.__setattr__(self, "knobs", knobs_of(self.method, self.asked, self.robot))
+        object.__setattr__(
+            self, "knobs", knobs_of(self.method, self.asked, self.robot, self.velocity)
+        )
         with_settings(self.method, self.robot, self.velocity, {})  # refused now, not in a trial
         asked = Protocol(
             self.robot, self.velocity, methods=(self.method,), directions=self.directions,
@@ -94,7 +96,7 @@ class Question:
 
     def parameters(self, values: Mapping[str, float]) -> dict[str, Any]:
         """What is not as by default with these values of the knobs."""
-        return parameters_of(self.method, self.knobs, values, self.robot)
+        return parameters_of(self.method, self.knobs, values, self.robot, self.velocity)
 
     def measure(
         self, values: Mapping[str, float], cells: Sequence[Pushed], workers: int | None
