@@ -30,7 +30,11 @@ LIMIT_TOLERANCE = 1e-3
 """Fraction of a limit that the samples may exceed: a foot at its limit is not too fast."""
 
 LARGEST_MAGNITUDE = 1e9
-"""No position, velocity or time of an observation is larger, in SI units."""
+"""No place or velocity of a first observation is larger, in SI units: a double resolves it to 1e-7.
+What comes later is compared with what was before, see `control.belief`."""
+
+LARGEST_TIME = 1e12
+"""No clock counts further [s], whatever its epoch: a double resolves it to a tenth of 1 ms."""
 
 LARGEST_EXPONENT = 60.0
 """omega t counts no further than this, some 17 s: a step has long ended by then."""
@@ -50,12 +54,14 @@ def _is_sound(value: float) -> bool:
 @njit(forceinline=True)
 def is_usable(observation) -> bool:
     """Whether everything that a controller reads is a number of this world, and a foot stands."""
-    sound = _is_sound(observation.elapsed) and _is_sound(observation.time)
+    sound = _is_sound(observation.elapsed) and abs(observation.time) < LARGEST_TIME
     sound = sound and _is_sound(observation.support_yaw) and _is_sound(observation.swing_yaw)
     for i in range(2):
         sound = sound and _is_sound(observation.dcm[i]) and _is_sound(observation.com[i])
         sound = sound and _is_sound(observation.com_velocity[i])
         sound = sound and _is_sound(observation.support_foot[i])
+        sound = sound and _is_sound(observation.trunk_lean[i])
+        sound = sound and _is_sound(observation.trunk_lean_velocity[i])
     for i in range(3):
         sound = sound and _is_sound(observation.swing_foot[i])
         sound = sound and _is_sound(observation.swing_foot_velocity[i])

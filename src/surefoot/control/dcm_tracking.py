@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from surefoot.checks import check_number
 from surefoot.compiling import entry_point, njit
+from surefoot.control.belief import BELIEF, first_belief, gate_parameters, hold, look, mark
 from surefoot.control.cycle import (
     command_swing,
     growth_since_touchdown,
@@ -29,7 +30,6 @@ from surefoot.control.tracking_law import (
     TRACKING,
     begin_plan,
     follow_plan,
-    hold,
     plan_landing,
     track,
 )
@@ -43,7 +43,7 @@ from surefoot.planning.nominal_gait import NominalGait, nominal_gait
 DEFAULT_DCM_GAIN = 3.0
 """K_f, the rate at which tracking removes an error [1/s]."""
 
-TRACKING_STATE = np.dtype([("plan", PLAN), ("command", COMMAND)])
+TRACKING_STATE = np.dtype([("plan", PLAN), ("belief", BELIEF), ("command", COMMAND)])
 
 LONGEST_DOUBLE_SUPPORT = 0.6
 """The largest fraction of a step for which both feet may share the load."""
@@ -52,9 +52,16 @@ LONGEST_DOUBLE_SUPPORT = 0.6
 @njit
 def tracking_cycle(parameters, state, observation, next_state):
     """One cycle of `DcmTracking` over records."""
-    if not is_usable(observation):
-        hold(state, observation, next_state)
+    if look(parameters.gate, state, observation, next_state):
+        hold(state, next_state)
         return
+    track_step(parameters, state, next_state)
+
+
+@njit
+def track_step(parameters, state, next_state):
+    """The cycle of `DcmTracking` on what is believed, `next_state.belief`."""
+    observation = next_state.belief.seen
     next_state.plan = state.plan
     plan, command = next_state.plan, next_state.command
     new_step = observation.support_side != plan.support_side
@@ -75,6 +82,7 @@ def tracking_cycle(parameters, state, observation, next_state):
         new_step,
         command,
     )
+    mark(next_state)
 
 
 @njit
@@ -135,6 +143,7 @@ def tracking_parameters(
     swing["descent"] = robot.swing.landing_velocity * flight
     swing["max_speed"], swing["period"] = robot.swing.max_speed, period
     swing["max_acceleration"] = robot.swing.max_acceleration
+    record["gate"] = gate_parameters(robot, period)[0]
     return parameters
 
 
@@ -171,6 +180,7 @@ def first_plan(gait: NominalGait, observation: Observation, state: NDArray[np.vo
     command["step_location"] = observation.support_foot + np.asarray(gait.step(side))
     command["step_duration"] = gait.step_duration
     command["swing_foot"] = observation.swing_foot
+    first_belief(observation, state)
 
 
 @dataclass(frozen=True)

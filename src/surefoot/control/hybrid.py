@@ -19,12 +19,8 @@ from numpy.typing import NDArray
 
 from surefoot.checks import check_number, check_pair
 from surefoot.compiling import entry_point, njit
-from surefoot.control.cycle import (
-    command_swing,
-    growth_since_touchdown,
-    is_usable,
-    side_index,
-)
+from surefoot.control.belief import BELIEF, hold, look, mark
+from surefoot.control.cycle import command_swing, growth_since_touchdown, side_index
 from surefoot.control.dcm_tracking import (
     DEFAULT_DCM_GAIN,
     check_tracking,
@@ -36,7 +32,6 @@ from surefoot.control.tracking_law import (
     TRACKING,
     begin_plan,
     follow_plan,
-    hold,
     plan_landing,
     track,
 )
@@ -58,7 +53,9 @@ from surefoot.planning.step_problem import (
 HYBRID = np.dtype([("tracking", TRACKING), ("threshold", "f8"), ("problem", STEP_PROBLEM, (2,))])
 """Parameters: of tracking, the threshold [m], and the step problem of each support side."""
 
-HYBRID_STATE = np.dtype([("plan", PLAN), ("solution", STEP_SOLUTION), ("command", COMMAND)])
+HYBRID_STATE = np.dtype(
+    [("plan", PLAN), ("belief", BELIEF), ("solution", STEP_SOLUTION), ("command", COMMAND)]
+)
 
 _ADAPTING = int(Mode.ADAPTING)
 
@@ -88,12 +85,13 @@ def adapt(parameters, observation, growth, solution, command):
 def hybrid_cycle(parameters, state, observation, next_state):
     """One cycle of `HybridController` over records."""
     next_state.solution = state.solution
-    if not is_usable(observation):
-        hold(state, observation, next_state)
+    tracking = parameters.tracking
+    if look(tracking.gate, state, observation, next_state):
+        hold(state, next_state)
         return
     next_state.plan = state.plan
     plan, command = next_state.plan, next_state.command
-    tracking = parameters.tracking
+    observation = next_state.belief.seen
     growth = growth_since_touchdown(tracking.omega, observation.elapsed)
     new_step = observation.support_side != plan.support_side
     if new_step:
@@ -121,6 +119,7 @@ def hybrid_cycle(parameters, state, observation, next_state):
         new_step,
         command,
     )
+    mark(next_state)
 
 
 @njit

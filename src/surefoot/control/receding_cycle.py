@@ -7,22 +7,19 @@ import math
 import numpy as np
 
 from surefoot.compiling import njit
-from surefoot.control.cycle import (
-    command_swing,
-    growth_since_touchdown,
-    is_usable,
-    side_index,
-)
+from surefoot.control.belief import BELIEF, hold, look, mark
+from surefoot.control.cycle import command_swing, growth_since_touchdown, side_index
 from surefoot.control.tracking_law import (
     PLAN,
     TRACKING,
     begin_plan,
     follow_plan,
-    hold,
+    keep_box,
     plan_landing,
 )
 from surefoot.models.interfaces import COMMAND, Mode, Status
 from surefoot.models.leg import furthest
+from surefoot.planning.support_polygon import nearest_under_foot
 
 MPC = np.dtype(
     [
@@ -55,7 +52,9 @@ DECISION = np.dtype(
 """What the last program decided: ZMP relative to the foot, landing relative to the planned one, DCM
 offset there [m]; hip torque [N m]; time since touchdown at which the next program is due [s]."""
 
-MPC_STATE = np.dtype([("plan", PLAN), ("decision", DECISION), ("command", COMMAND)])
+MPC_STATE = np.dtype(
+    [("plan", PLAN), ("belief", BELIEF), ("decision", DECISION), ("command", COMMAND)]
+)
 
 LANDING_TOLERANCE = 1e-4
 """A landing further than this from the planned one begins the next step on a new plan [m]."""
@@ -126,9 +125,10 @@ def prepare(
     parameters, state, observation = parameters[0], state[0], observation[0]
     following = next_state[0]
     following.decision = state.decision
-    if not is_usable(observation):
-        hold(state, observation, following)
+    if look(parameters.tracking.gate, state, observation, following):
+        hold(state, following)
         return HELD, 0
+    observation = following.belief.seen
     following.plan = state.plan
     plan, decision = following.plan, following.decision
     new_step = observation.support_side != plan.support_side
@@ -139,7 +139,9 @@ def prepare(
     plan_landing(parameters.tracking, observation, plan)
     growth = growth_since_touchdown(parameters.tracking.omega, observation.elapsed)
     follow_plan(parameters.tracking, observation, growth, plan, following.command)
-    if not new_step and observation.elapsed < decision.until - DUE:
+    wait = decision.until - observation.elapsed
+    # Also a program that was put together while the clock was ahead is due.
+    if not new_step and DUE < wait <= parameters.solve_period + DUE:
         return KEEP, 0
     cycle = min(
         max(round(observation.elapsed / parameters.tracking.swing.period), 0), gain.shape[0] - 1
@@ -186,9 +188,23 @@ def _offset_at_landing(parameters, observation, deviation, solution, axis, cycle
 
 
 @njit
-def decide(parameters, observation, deviation, solution, cycle, solved, next_state):
+def _keep_under_sole(parameters, observation, cycle, solution):
+    """Move the ZMPs of this step into the sole as it is turned; the program has it straight."""
+    half, yaw = parameters.tracking.half_foot, observation.support_yaw
+    if yaw == 0.0:
+        return
+    side = float(observation.support_side)
+    node = math.floor(cycle * parameters.tracking.swing.period / parameters.sample + DUE)
+    for a in range(min(max(parameters.samples_per_step - node, 1), parameters.samples)):
+        x, y = nearest_under_foot(solution[0, a], side * solution[1, a], half[0], half[1], yaw)
+        solution[0, a], solution[1, a] = x, side * y
+
+
+@njit
+def decide(parameters, deviation, solution, cycle, solved, next_state):
     """Take the solution of the program into the state."""
-    parameters, observation = parameters[0], observation[0]
+    parameters, observation = parameters[0], next_state[0].belief.seen
+    _keep_under_sole(parameters, observation, cycle, solution)
     plan, decision = next_state[0].plan, next_state[0].decision
     node = math.floor(observation.elapsed / parameters.sample + DUE) + 1
     decision.until = min(observation.elapsed + parameters.solve_period, node * parameters.sample)
@@ -211,9 +227,9 @@ def decide(parameters, observation, deviation, solution, cycle, solved, next_sta
 
 
 @njit
-def act(parameters, state, observation, next_state):
+def act(parameters, state, next_state):
     """Write the command of what was decided."""
-    parameters, observation = parameters[0], observation[0]
+    parameters, observation = parameters[0], next_state[0].belief.seen
     plan, decision = next_state[0].plan, next_state[0].decision
     command = next_state[0].command
     adapted = False
@@ -224,6 +240,7 @@ def act(parameters, state, observation, next_state):
         command.step_location[i] = landing
         command.dcm_offset[i] = decision.offset[i]
         command.hip_torque[i] = decision.torque[i]
+    keep_box(parameters.tracking, observation, command)
     plan.adapting = 1 if adapted else 0
     command.mode = _ADAPTING if adapted else _TRACKING_MODE
     command.status, command.double_support = decision.status, 0
@@ -240,3 +257,4 @@ def act(parameters, state, observation, next_state):
         decision.new_step != 0,
         command,
     )
+    mark(next_state[0])

@@ -161,9 +161,9 @@ def receding_step(
                 solution[i] = np.clip(answer, lower[i, :unknowns], upper[i, :unknowns])
             else:
                 solved = False
-        decide(parameters, observation.array, deviation, solution, cycle, solved, next_state)
+        decide(parameters, deviation, solution, cycle, solved, next_state)
     if task != HELD:
-        act(parameters, state, observation.array, next_state)
+        act(parameters, state, next_state)
     return Command.of(next_state["command"]), next_state
 
 

@@ -19,7 +19,8 @@ from numpy.typing import NDArray
 
 from surefoot.checks import check_number, check_pair
 from surefoot.compiling import entry_point, njit
-from surefoot.control.cycle import command_swing, growth_since_touchdown, is_usable
+from surefoot.control.belief import PENDULUM, hold, look, mark
+from surefoot.control.cycle import command_swing, growth_since_touchdown
 from surefoot.control.dcm_tracking import (
     DEFAULT_DCM_GAIN,
     check_tracking,
@@ -27,7 +28,7 @@ from surefoot.control.dcm_tracking import (
     tracking_parameters,
 )
 from surefoot.control.push_observer import observe_push, observing, remember
-from surefoot.control.tracking_law import begin_plan, follow_plan, hold, plan_landing
+from surefoot.control.tracking_law import begin_plan, follow_plan, keep_box, plan_landing
 from surefoot.control.unified_law import (
     UNIFIED,
     UNIFIED_STATE,
@@ -50,11 +51,12 @@ from surefoot.planning.nominal_gait import NominalGait, gait_room, nominal_gait
 @njit
 def unified_cycle(parameters, state, observation, next_state):
     """One cycle of `UnifiedController` over records."""
-    if not is_usable(observation):
+    if look(parameters.tracking.gate, state, observation, next_state):
         next_state.observer, next_state.decision = state.observer, state.decision
         next_state.situation, next_state.observer.seen = state.situation, 0
-        hold(state, observation, next_state)
+        hold(state, next_state)
         return
+    observation = next_state.belief.seen
     next_state.plan = state.plan
     plan, command = next_state.plan, next_state.command
     tracking, landing = parameters.tracking, parameters.landing
@@ -72,8 +74,12 @@ def unified_cycle(parameters, state, observation, next_state):
     guess = situation.tau_ref if new_step else state.decision.tau
     decide_landing(landing, situation, guess, decision)
     command_landing(landing, observation, plan, decision, command)
+    keep_box(tracking, observation, command)
     place_zmp(parameters, observation, situation, decision, command)
     remember(observation, command.zmp, observer)
+    if next_state.belief.guessed & PENDULUM:
+        # Nothing pushes a pendulum that is only predicted.
+        observer.seen = 0
     command_swing(
         tracking.swing,
         observation,
@@ -84,6 +90,7 @@ def unified_cycle(parameters, state, observation, next_state):
         new_step,
         command,
     )
+    mark(next_state)
 
 
 @njit

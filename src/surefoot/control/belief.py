@@ -1,0 +1,505 @@
+"""What a controller believes of what it is shown, and what it goes by where it cannot.
+
+An observation has four parts: clock, feet, pendulum and trunk. Each is compared with what was last
+believed and with what the robot can do in between. A part that cannot be true is replaced by what
+the model predicts from there, with the commands that were carried out; the command then says HELD.
+In the first such cycle the last command simply stands; after that the method decides on the
+prediction, so that a robot that nothing pushes walks on without any sensor.
+
+A part that goes on to say the same is believed after a few cycles, since it may be true: a blow,
+another origin of the world, a clock that was set. Only a robot that cannot exist is never believed.
+All bounds are lengths and times of the robot.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from surefoot.compiling import njit
+from surefoot.models.footsteps import Side
+from surefoot.models.interfaces import OBSERVATION, Observation, Status
+from surefoot.models.lipm import com_flow
+from surefoot.models.record import new_array
+from surefoot.models.robot import Robot
+from surefoot.models.trunk import trunk_flow
+
+GATE = np.dtype(
+    [
+        ("omega", "f8"),
+        ("period", "f8"),
+        ("jump", "f8"),
+        ("reach", "f8"),
+        ("furthest", "f8"),
+        ("inner", "f8"),
+        ("stray", "f8"),
+        ("slack", "f8"),
+        ("soonest", "f8"),
+        ("longest", "f8"),
+        ("weight", "f8"),
+        ("inertia", "f8"),
+        ("max_lean", "f8"),
+        ("confirm", "i8"),
+    ],
+)
+"""Parameters: natural frequency [1/s]; control period [s]; how far anything moves unexpectedly in a
+cycle [m]; how far the feet can be apart, and the DCM from the foot that carries [m]; how far out the swing foot
+is at least [m]; how far the
+swing foot moves between two cycles that are believed [m]; by how much a clock may be wrong or late
+[s]; how soon after a touchdown there can be another one, and the longest step [s]; weight [N],
+inertia [kg m^2] and stop [rad] of the trunk, 0 without one; after how many cycles more what goes on
+to say the same is believed."""
+
+BELIEF = np.dtype(
+    [
+        ("seen", OBSERVATION),
+        ("shown", OBSERVATION),
+        ("time", "f8"),
+        ("began", "f8"),
+        ("streak", "i8", (3,)),
+        ("guessed", "i8"),
+        ("blind", "i8"),
+    ],
+)
+"""What is believed: the observation that is decided on, whose `time` counts from the start of the
+controller so that it is exact for any epoch; what was shown in the last cycle, if that was not
+believed; time of the last believed cycle and of the touchdown before it, in the epoch of the
+observations [s]; for how many cycles clock, feet and pendulum go on to say what is not believed; which parts are
+guessed now; for how many cycles some part has been."""
+
+CLOCK, FEET, PENDULUM, TRUNK = 1, 2, 4, 8
+"""Parts of an observation, as bits of `BELIEF.guessed`."""
+
+JUMP_PART = 0.25
+"""Of the length that one step makes up for: what moves further unexpectedly in one cycle waits to
+be confirmed. A push of 5 ms that is just survived moves the DCM by a fifth of it in 1 ms."""
+
+STRICT = 0.125
+"""Part of that jump which is left to an observation of which some part cannot be true."""
+
+SLACK_PART, SLACK_PERIODS = 0.1, 4.0
+"""Part of the shortest step, or periods if that is more, by which a clock may be wrong: a landing
+that is off by as much is survived."""
+
+SOONEST_PART = 0.25
+"""Of the shortest step: so soon after a touchdown another one is a contact that bounces."""
+
+CONFIRM_GROWTH, CONFIRM_MOST = 0.01, 3
+"""A blow is answered no later than after a growth of the DCM by this part, but one cycle has to
+confirm it; at most so many do."""
+
+OUT_OF_REACH = 1.25
+"""A DCM this many times further than any that can still be saved is that of a fallen robot."""
+
+TOGETHER = 0.5
+"""A DCM may differ from com + com_velocity / omega by this part of the latter, if it was made with
+the natural frequency of another pendulum, and by `jump`."""
+
+RESOLUTION = 1e-15
+"""A double resolves a time to this part of it; within that, the clock of the step is the better."""
+
+FURTHEST_PLACE = 1e9
+"""A double resolves a place this many jumps from the origin to 1e-7 of one; no further one is
+believed anew."""
+
+ALMOST = 1e-6
+"""Fraction of a period that is no time."""
+
+HALF_TURN = math.pi
+"""No trunk leans further, or turns by more than a radian in a period [rad]."""
+
+_HELD, _ZMP_AT_EDGE = int(Status.HELD), int(Status.ZMP_AT_EDGE)
+
+
+def gate_parameters(robot: Robot, period: float) -> NDArray[np.void]:
+    """The `GATE` record of a robot and a control period [s], shape (1,)."""
+    gate, gait = new_array(GATE), robot.gait
+    shortest, longest = gait.step_duration
+    growth = math.exp(min(robot.omega * shortest, 30.0))
+    outer = robot.hip + gait.step_y[1]
+    ahead = max(-gait.step_x[0], gait.step_x[1])
+    spans = 0.5 * (gait.step_x[1] - gait.step_x[0]), 0.5 * (gait.step_y[1] - gait.step_y[0])
+    # What one step makes up for: of very short steps not all that a sequence of them does.
+    part = min(1.0, 1.0 / (growth - 1.0))
+    mended = (robot.foot.half[i] + part * spans[i] for i in range(2))
+    jump = JUMP_PART * max(robot.hip, *mended)
+    far_x = ahead * growth / (growth - 1.0) + robot.foot.half[0]
+    far_y = outer * growth / (growth - 1.0) + robot.foot.half[1]
+    slack = max(SLACK_PART * shortest, SLACK_PERIODS * period)
+    gate["omega"], gate["period"], gate["jump"] = robot.omega, period, jump
+    gate["inner"] = robot.hip + gait.step_y[0] - 0.5 * jump
+    gate["reach"] = math.hypot(ahead, outer) + jump
+    gate["furthest"] = OUT_OF_REACH * math.hypot(far_x, far_y)
+    gate["stray"] = robot.swing.max_speed * slack + jump
+    gate["slack"], gate["soonest"] = slack, SOONEST_PART * shortest
+    gate["longest"] = longest
+    gate["weight"] = robot.mass * robot.gravity
+    if robot.trunk is not None:
+        gate["inertia"], gate["max_lean"] = robot.trunk.inertia, robot.trunk.max_lean
+    cycles = round(CONFIRM_GROWTH / (robot.omega * period))
+    gate["confirm"] = min(max(cycles, 1), CONFIRM_MOST)
+    return gate
+
+
+def first_belief(observation: Observation, state: NDArray[np.void]) -> None:
+    """Believe the observation that a walk begins with; it has been checked."""
+    belief = state["belief"]
+    belief["seen"] = observation.array
+    belief["seen"]["time"] = 0.0
+    belief["seen"]["elapsed"] = max(observation.elapsed, 0.0)
+    belief["time"] = observation.time
+    belief["began"] = observation.time - observation.elapsed
+
+
+@njit(forceinline=True)
+def _is_near(value: float, other: float, most: float) -> bool:
+    # A comparison with a NaN is false.
+    return abs(value - other) <= most
+
+
+@njit
+def _is_turned_little(yaw: float, before: float) -> bool:
+    turn = yaw - before
+    if not abs(turn) < 1e6:
+        return False
+    return abs(turn - 2.0 * math.pi * math.floor(turn / (2.0 * math.pi) + 0.5)) <= 1.0
+
+
+@njit(forceinline=True)
+def _feet_fit(gate, jump, last, now) -> bool:
+    """Whether the feet can have come from where they were believed to be."""
+    same = now.support_side == last.support_side
+    away_x = now.swing_foot[0] - now.support_foot[0]
+    away_y = now.swing_foot[1] - now.support_foot[1]
+    fit = away_x * away_x + away_y * away_y <= gate.reach * gate.reach
+    fit = fit and abs(now.swing_foot[2]) <= gate.reach
+    # Landings in one period are as fast as feet get.
+    fastest = 4.0 * gate.reach / gate.period
+    for i in range(3):
+        fit = fit and abs(now.swing_foot_velocity[i]) <= fastest
+    if same:
+        for i in range(2):
+            fit = fit and _is_near(now.support_foot[i], last.support_foot[i], jump)
+            fit = fit and _is_near(now.swing_foot[i], last.swing_foot[i], gate.stray)
+        if now.support_yaw != last.support_yaw:
+            fit = fit and _is_turned_little(now.support_yaw, last.support_yaw)
+        if now.swing_yaw != last.swing_yaw:
+            fit = fit and _is_turned_little(now.swing_yaw, last.swing_yaw)
+        return fit
+    # A touchdown: the feet change places.
+    fit = fit and now.support_side == -last.support_side and last.elapsed >= gate.soonest
+    for i in range(2):
+        fit = fit and _is_near(now.swing_foot[i], last.support_foot[i], jump)
+        fit = fit and _is_near(now.support_foot[i], last.swing_foot[i], gate.stray)
+        fit = fit and _is_near(now.support_foot[i], last.support_foot[i], gate.reach)
+    fit = fit and _is_turned_little(now.support_yaw, last.swing_yaw)
+    return fit and _is_turned_little(now.swing_yaw, last.support_yaw)
+
+
+@njit(forceinline=True)
+def _clock_fits(gate, time, began, now, landed) -> bool:
+    """Whether clock and time since touchdown have gone on since `time`, and fit each other."""
+    passed, elapsed = now.time - time, now.elapsed
+    fit = passed >= 0.0 and passed <= gate.slack
+    fit = fit and elapsed >= -gate.period * (1.0 + ALMOST)
+    if landed:
+        return fit and elapsed <= passed + gate.slack
+    return fit and _is_near(now.time - elapsed, began, gate.slack)
+
+
+@njit(forceinline=True)
+def _pendulum_fits(gate, jump, last, zmp, now, passed) -> bool:
+    """Whether the pendulum can have come from where it was, about this ZMP."""
+    turn = gate.omega * passed
+    turn *= 1.0 + 0.5 * turn
+    fit = True
+    for i in range(2):
+        dcm = last.dcm[i] + turn * (last.dcm[i] - zmp[i])
+        fit = fit and _is_near(now.dcm[i], dcm, jump)
+        fit = fit and _is_near(now.com[i], last.com[i] + passed * last.com_velocity[i], jump)
+        fit = fit and _is_near(now.com_velocity[i], last.com_velocity[i], gate.omega * jump)
+    return fit
+
+
+@njit(forceinline=True)
+def _is_up(gate, now, foot) -> bool:
+    """Whether the DCM is where a robot on this foot can have it; further off it has fallen."""
+    far_x, far_y = now.dcm[0] - foot[0], now.dcm[1] - foot[1]
+    return far_x * far_x + far_y * far_y <= gate.furthest * gate.furthest
+
+
+@njit(forceinline=True)
+def _trunk_fits(gate, now) -> bool:
+    fit = True
+    for i in range(2):
+        fit = fit and abs(now.trunk_lean[i]) <= HALF_TURN
+        fit = fit and abs(now.trunk_lean_velocity[i]) * gate.period <= 1.0
+    return fit
+
+
+@njit(forceinline=True)
+def _believe(belief, observation, seen_time):
+    """All of it."""
+    belief.seen = observation
+    belief.seen.time = seen_time
+    belief.time = observation.time
+    belief.guessed = belief.blind = 0
+
+
+@njit(forceinline=True)
+def _passed(known, observation, landed) -> float:
+    """The time since the last cycle, as exact as it can be [s]."""
+    passed = observation.time - known.time
+    if not landed:
+        since = observation.elapsed - known.seen.elapsed
+        if abs(since - passed) <= RESOLUTION * (abs(observation.time) + 1.0):
+            return since
+    return passed
+
+
+@njit
+def look(gate, state, observation, next_state) -> bool:
+    """Decide what to believe of an observation, into `next_state.belief`.
+
+    Args:
+        gate: a `GATE` record.
+        state: of the last cycle, with its `belief` and `command`.
+        observation: an `OBSERVATION` record, of whatever content.
+        next_state: of this cycle; `belief.seen` is the observation to decide on.
+
+    Returns:
+        Whether the last command is to stand, see `hold`.
+    """
+    known, belief = state.belief, next_state.belief
+    last = known.seen
+    landed = observation.support_side != last.support_side
+    passed = observation.time - known.time
+    if (
+        _clock_fits(gate, known.time, known.began, observation, landed)
+        and _feet_fit(gate, gate.jump, last, observation)
+        and _pendulum_fits(gate, gate.jump, last, state.command.zmp, observation, passed)
+        and _is_up(gate, observation, observation.support_foot)
+        and _trunk_fits(gate, observation)
+    ):
+        _believe(belief, observation, last.time + _passed(known, observation, landed))
+        belief.began = known.began
+        if landed:
+            belief.began = observation.time - observation.elapsed
+        return False
+    _look_closely(gate, state, observation, belief)
+    if known.blind != 0 or belief.guessed == 0 or belief.seen.support_side != last.support_side:
+        return False
+    # The last command stands where it was decided.
+    for i in range(2):
+        belief.seen.support_foot[i] = last.support_foot[i]
+    belief.seen.support_yaw = last.support_yaw
+    return True
+
+
+@njit
+def _is_possible(gate, observation) -> bool:
+    """Whether there can be a robot like this, wherever it is; a DCM that is no number may be."""
+    foot, dcm = observation.support_foot, observation.dcm
+    for i in range(2):
+        if not abs(foot[i]) <= FURTHEST_PLACE * gate.jump:
+            return False
+    if math.isfinite(dcm[0] + dcm[1]):
+        return _is_up(gate, observation, foot)
+    return True
+
+
+@njit
+def _is_stance(gate, observation) -> bool:
+    """Whether the swing foot is on its own side of the foot that is said to carry."""
+    yaw, foot, swing = observation.support_yaw, observation.support_foot, observation.swing_foot
+    along, across = swing[0] - foot[0], swing[1] - foot[1]
+    aside = math.cos(yaw) * across - math.sin(yaw) * along
+    said = observation.support_side == 1 or observation.support_side == -1
+    return said and observation.support_side * aside >= gate.inner
+
+
+@njit
+def _goes_on(gate, known, observation, part) -> bool:
+    """Whether a part that is not believed goes on from what was shown in the last cycle."""
+    if known.blind == 0:
+        return False
+    before = known.shown
+    passed = observation.time - before.time
+    if part == CLOCK:
+        since = observation.elapsed - before.elapsed
+        even = passed > 0.0 and passed <= gate.slack and observation.elapsed >= 0.0
+        return even and abs(since - passed) <= 0.5 * gate.period
+    if not _is_possible(gate, observation):
+        return False
+    if part == FEET:
+        if not _is_stance(gate, observation):
+            return False
+        same = observation.support_side == before.support_side
+        return same and _feet_fit(gate, gate.jump, before, observation)
+    passed = min(max(passed, 0.0), gate.slack)
+    # Which ZMP acts is not known to a pendulum that is elsewhere; in one cycle it matters little.
+    if not _pendulum_fits(gate, gate.jump, before, before.dcm, observation, passed):
+        return False
+    if known.blind * gate.period > gate.longest:
+        return True
+    for i in range(2):
+        lead = observation.com_velocity[i] / gate.omega
+        apart = observation.dcm[i] - observation.com[i] - lead
+        if abs(apart) > gate.jump + TOGETHER * abs(lead):
+            return False
+    return True
+
+
+@njit
+def _confirm(gate, known, observation, part, index, belief) -> bool:
+    """Count for how long a part goes on; whether that is long enough."""
+    goes_on = _goes_on(gate, known, observation, part)
+    belief.streak[index] = known.streak[index] + 1 if goes_on else 0
+    return belief.streak[index] >= gate.confirm
+
+
+@njit
+def _look_closely(gate, state, observation, belief):
+    """Believe what can be believed, and predict the rest."""
+    known, command = state.belief, state.command
+    last = known.seen
+    for k in range(3):
+        belief.streak[k] = 0
+    # Where one part cannot be true, the others are believed if they are what was to be expected.
+    jump = STRICT * gate.jump
+    feet = _feet_fit(gate, jump, last, observation)
+    landed = feet and observation.support_side != last.support_side
+    clock = _clock_fits(gate, known.time, known.began, observation, landed)
+    if landed and not clock:
+        # Only a touchdown that the clock knows of is believed at once.
+        feet = landed = False
+        clock = _clock_fits(gate, known.time, known.began, observation, False)
+    if not feet and _confirm(gate, known, observation, FEET, 1, belief):
+        feet, landed = True, observation.support_side != last.support_side
+        clock = _clock_fits(gate, known.time, known.began, observation, landed)
+    if not feet and not clock:
+        # The feet are not seen, but the clock has begun anew.
+        landed = _clock_fits(gate, known.time, known.began, observation, True)
+        landed = landed and last.elapsed >= gate.soonest
+        clock = landed
+    confirmed = not clock and _confirm(gate, known, observation, CLOCK, 0, belief)
+    due = command.step_duration - last.elapsed
+    ends = due <= gate.period * (1.0 + ALMOST)
+    if not clock and not confirmed and not feet:
+        landed = ends
+    passed = gate.period
+    if clock:
+        passed = _passed(known, observation, landed)
+    elif landed and ends:
+        passed = max(due, 0.0)
+    belief.seen = last
+    seen = belief.seen
+    _take_clock(known, observation, clock or confirmed, landed, passed, belief)
+    if confirmed:
+        belief.began = observation.time - observation.elapsed
+    if feet:
+        _take_feet(observation, seen)
+    else:
+        _move_feet(command, landed, seen)
+    pendulum = _pendulum_fits(gate, jump, last, command.zmp, observation, passed)
+    pendulum = pendulum and _is_up(gate, observation, seen.support_foot)
+    pendulum = pendulum or _confirm(gate, known, observation, PENDULUM, 2, belief)
+    pendulum = pendulum and _is_up(gate, observation, seen.support_foot)
+    trunk = _trunk_fits(gate, observation)
+    for i in range(2):
+        if pendulum:
+            seen.dcm[i], seen.com[i] = observation.dcm[i], observation.com[i]
+            seen.com_velocity[i] = observation.com_velocity[i]
+        else:
+            _move_pendulum(gate, command, passed, i, seen)
+        if trunk:
+            seen.trunk_lean[i] = observation.trunk_lean[i]
+            seen.trunk_lean_velocity[i] = observation.trunk_lean_velocity[i]
+        elif gate.inertia > 0.0:
+            seen.trunk_lean[i], seen.trunk_lean_velocity[i], _, _ = trunk_flow(
+                seen.trunk_lean[i],
+                seen.trunk_lean_velocity[i],
+                command.hip_torque[i],
+                gate.inertia,
+                gate.max_lean,
+                passed,
+            )
+    guessed = 0 if clock or confirmed else CLOCK
+    guessed += (0 if feet else FEET) + (0 if pendulum else PENDULUM) + (0 if trunk else TRUNK)
+    belief.guessed = guessed
+    belief.blind = known.blind + 1 if guessed != 0 else 0
+    belief.shown = observation
+
+
+@njit
+def _take_clock(known, observation, seen_clock, landed, passed, belief):
+    """Write time, time since touchdown, and when that was."""
+    last, seen = known.seen, belief.seen
+    seen.time = last.time + passed
+    belief.began = known.began
+    if seen_clock:
+        belief.time, seen.elapsed = observation.time, observation.elapsed
+    else:
+        belief.time = known.time + passed
+        seen.elapsed = 0.0 if landed else last.elapsed + passed
+    if landed:
+        belief.began = belief.time - seen.elapsed
+
+
+@njit
+def _take_feet(observation, seen):
+    for i in range(2):
+        seen.support_foot[i] = observation.support_foot[i]
+    for i in range(3):
+        seen.swing_foot[i] = observation.swing_foot[i]
+        seen.swing_foot_velocity[i] = observation.swing_foot_velocity[i]
+    seen.support_yaw, seen.swing_yaw = observation.support_yaw, observation.swing_yaw
+    seen.support_side = observation.support_side
+
+
+@njit
+def _move_feet(command, landed, seen):
+    """The swing foot did as it was told; if it has landed, it carries."""
+    if not landed:
+        for i in range(3):
+            seen.swing_foot[i] = command.swing_foot[i]
+            seen.swing_foot_velocity[i] = command.swing_foot_velocity[i]
+        seen.swing_yaw = command.swing_yaw
+        return
+    for i in range(2):
+        seen.swing_foot[i] = seen.support_foot[i]
+        seen.support_foot[i] = command.swing_foot[i]
+    seen.swing_foot[2] = 0.0
+    for i in range(3):
+        seen.swing_foot_velocity[i] = 0.0
+    seen.swing_yaw = seen.support_yaw
+    seen.support_yaw = command.swing_yaw
+    seen.support_side = -seen.support_side
+
+
+@njit
+def _move_pendulum(gate, command, passed, i, seen):
+    """One axis of CoM and DCM, about the ZMP that was commanded; a hip torque moves that."""
+    pivot = command.zmp[i] + command.hip_torque[i] / gate.weight
+    seen.com[i], seen.com_velocity[i] = com_flow(
+        seen.com[i], seen.com_velocity[i], pivot, gate.omega, passed
+    )
+    seen.dcm[i] = pivot + (seen.dcm[i] - pivot) * math.exp(gate.omega * passed)
+
+
+@njit(forceinline=True)
+def hold(state, next_state):
+    """The last command again, and say so."""
+    next_state.plan = state.plan
+    next_state.command = state.command
+    next_state.command.status = _HELD
+
+
+@njit(forceinline=True)
+def mark(next_state):
+    """Say of a command that some of what it was decided on was guessed."""
+    if next_state.belief.guessed != 0:
+        # Nothing that was seen asks for a ZMP that the sole does not have.
+        next_state.command.status = (next_state.command.status & ~_ZMP_AT_EDGE) | _HELD
