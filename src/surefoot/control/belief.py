@@ -73,8 +73,11 @@ CLOCK, FEET, PENDULUM, TRUNK = 1, 2, 4, 8
 """Parts of an observation, as bits of `BELIEF.guessed`."""
 
 JUMP_PART = 0.25
-"""Of the length that one step makes up for: what moves further unexpectedly in one cycle waits to
+"""Of the length that steps make up for: what moves further unexpectedly in one cycle waits to
 be confirmed. A push of 5 ms that is just survived moves the DCM by a fifth of it in 1 ms."""
+
+MOST_SPANS = 4.0
+"""Half the width of the box of steps, so many times: a sequence of steps makes up for that much."""
 
 STRICT = 0.125
 """Part of that jump which is left to an observation of which some part cannot be true."""
@@ -121,8 +124,8 @@ def gate_parameters(robot: Robot, period: float) -> NDArray[np.void]:
     outer = robot.hip + gait.step_y[1]
     ahead = max(-gait.step_x[0], gait.step_x[1])
     spans = 0.5 * (gait.step_x[1] - gait.step_x[0]), 0.5 * (gait.step_y[1] - gait.step_y[0])
-    # What one step makes up for: of very short steps not all that a sequence of them does.
-    part = min(1.0, 1.0 / (growth - 1.0))
+    # What steps make up for, as the DCM at the end of a step; of very short ones not all of it.
+    part = min(1.0 / (growth - 1.0), MOST_SPANS)
     mended = (robot.foot.half[i] + part * spans[i] for i in range(2))
     jump = JUMP_PART * max(robot.hip, *mended)
     far_x = ahead * growth / (growth - 1.0) + robot.foot.half[0]
@@ -329,18 +332,26 @@ def _goes_on(gate, known, observation, part) -> bool:
     passed = observation.time - before.time
     if part == CLOCK:
         since = observation.elapsed - before.elapsed
-        even = passed > 0.0 and passed <= gate.slack and observation.elapsed >= 0.0
-        return even and abs(since - passed) <= 0.5 * gate.period
-    if not _is_possible(gate, observation):
+        even = passed > 0.0 and passed <= gate.slack and abs(since - passed) <= 0.5 * gate.period
+        # A clock may have been set; a step that lasts too long has been seen to become so old.
+        expected = known.seen.elapsed + gate.period
+        set_anew = _is_near(observation.elapsed, expected, gate.slack)
+        return even and (set_anew or 0.0 <= observation.elapsed <= gate.longest)
+    # The same over and over again is what a sensor says that has stopped.
+    alive = passed > 0.0 or observation.elapsed > before.elapsed
+    if not (alive and passed <= gate.slack and _is_possible(gate, observation)):
         return False
+    jump = STRICT * gate.jump
     if part == FEET:
         if not _is_stance(gate, observation):
             return False
         same = observation.support_side == before.support_side
-        return same and _feet_fit(gate, gate.jump, before, observation)
-    passed = min(max(passed, 0.0), gate.slack)
-    # Which ZMP acts is not known to a pendulum that is elsewhere; in one cycle it matters little.
-    if not _pendulum_fits(gate, gate.jump, before, before.dcm, observation, passed):
+        return same and _feet_fit(gate, jump, before, observation)
+    # Which ZMP acts there is not known; in one cycle it matters little.
+    pivot, passed = before.support_foot, max(passed, 0.0)
+    if not math.isfinite(pivot[0] + pivot[1]):
+        pivot = before.dcm
+    if not _pendulum_fits(gate, jump, before, pivot, observation, passed):
         return False
     if known.blind * gate.period > gate.longest:
         return True
@@ -379,13 +390,11 @@ def _look_closely(gate, state, observation, belief):
     if not feet and _confirm(gate, known, observation, FEET, 1, belief):
         feet, landed = True, observation.support_side != last.support_side
         clock = _clock_fits(gate, known.time, known.began, observation, landed)
-    if not feet and not clock:
-        # The feet are not seen, but the clock has begun anew.
-        landed = _clock_fits(gate, known.time, known.began, observation, True)
-        landed = landed and last.elapsed >= gate.soonest
-        clock = landed
-    confirmed = not clock and _confirm(gate, known, observation, CLOCK, 0, belief)
     due = command.step_duration - last.elapsed
+    if not feet and not clock and due <= 2.0 * gate.period:
+        # The feet are not seen, but a landing was due and the clock has begun anew.
+        clock = landed = _clock_fits(gate, known.time, known.began, observation, True)
+    confirmed = not clock and _confirm(gate, known, observation, CLOCK, 0, belief)
     ends = due <= gate.period * (1.0 + ALMOST)
     if not clock and not confirmed and not feet:
         landed = ends
