@@ -30,7 +30,7 @@ from surefoot.models.interfaces import OBSERVATION, Status
 from surefoot.models.record import new_array
 from surefoot.planning.support_polygon import nearest_supported
 from surefoot.simulation.batch import kernel_pointer
-from surefoot.simulation.lipm_simulator import LIPM_WORLD, lipm_cycle
+from surefoot.simulation.lipm_simulator import lipm_cycle
 
 KINDS = ("bits", "special", "field", "jump", "jumps", "contact", "elsewhen")
 """All bits at random; NaN, infinities, huge and tiny numbers; one field replaced; one field moved;
@@ -126,9 +126,7 @@ def _judge(limits, command, seen, wrong):
     if limits.half_foot[0] < math.inf:
         x, y = command.zmp[0] - seen.support_foot[0], command.zmp[1] - seen.support_foot[1]
         shared = command.double_support != 0
-        in_x, in_y = nearest_supported(
-            seen, shared, x, y, limits.half_foot[0], limits.half_foot[1]
-        )
+        in_x, in_y = nearest_supported(seen, shared, x, y, limits.half_foot[0], limits.half_foot[1])
         if math.hypot(x - in_x, y - in_y) > 1e-9 + 1e-15 * abs(seen.support_foot[0]):
             wrong[3] += 1
 
@@ -202,7 +200,9 @@ class Subject:
             low, high = robot.gait.step_box(side, robot.hip)
             if isinstance(controller, sf.FootholdTracking):
                 # Footholds were checked in the axes of the feet: the box of no heading.
-                reach = math.hypot(max(map(abs, robot.gait.step_x)), robot.hip + robot.gait.step_y[1])
+                reach = math.hypot(
+                    max(map(abs, robot.gait.step_x)), robot.hip + robot.gait.step_y[1]
+                )
                 low, high = (-reach, -reach), (reach, reach)
             self.limits["low"][0, row], self.limits["high"][0, row] = low, high
         self.limits["shortest"], self.limits["longest"] = robot.gait.step_duration
@@ -265,7 +265,9 @@ class Subject:
         for n in range(cycles):
             seen = world["observation"].copy()
             if n < garbage:
-                _edit(world["observation"][0], *(part[n % len(part)] for part in edits), flat, shown)
+                _edit(
+                    world["observation"][0], *(part[n % len(part)] for part in edits), flat, shown
+                )
                 seen = shown.copy()
             state = self._step(state, seen, wrong)
             command = sf.Command.of(state["command"].copy())
@@ -301,7 +303,9 @@ def garbage(
     sized *= subject.controller.robot.hip * 5.0
     if kind == "bits":
         modes[:], side_modes[:] = 1, 1
-        values = np.frombuffer(rng.bytes(8 * count * width), np.float64).reshape(count, width).copy()
+        values = (
+            np.frombuffer(rng.bytes(8 * count * width), np.float64).reshape(count, width).copy()
+        )
         sides = np.frombuffer(rng.bytes(8 * count), np.int64).copy()
     elif kind == "special":
         modes[:] = rng.random((count, width)) < rng.uniform(0.05, 1.0, (count, 1))

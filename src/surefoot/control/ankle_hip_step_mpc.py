@@ -17,7 +17,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from surefoot.checks import check_number
+from surefoot.checks import check_number, check_weights
+from surefoot.control.dcm_tracking import check_leg
 from surefoot.control.foot_placement_mpc import placed_feet
 from surefoot.control.receding_horizon import (
     Programs,
@@ -55,7 +56,7 @@ class AnkleHipStepMpc(RecedingHorizon):
 
     Raises:
         RobotError: the robot has no trunk.
-        VelocityError: the velocity cannot be walked.
+        VelocityError: the velocity cannot be walked, or not on this leg.
         ParameterError: another argument is out of range.
         MissingExtraError: DAQP is not installed.
     """
@@ -86,6 +87,8 @@ class AnkleHipStepMpc(RecedingHorizon):
             check_number(name, getattr(self, name), 0.0, unit)
         for name in ("zmp_weight", "step_weight", "torque_weight"):
             check_number(name, getattr(self, name), 0.0, "1/m^2", above=True)
+        weights = (name for name in self.__dataclass_fields__ if name.endswith("_weight"))
+        check_weights(**{name: getattr(self, name) for name in weights})
         trunk = self.robot.trunk
         if trunk is None:
             raise RobotError(
@@ -94,6 +97,7 @@ class AnkleHipStepMpc(RecedingHorizon):
                 "add a table [trunk] with inertia, max_torque and max_lean to its file",
             )
         gait = nominal_gait(self.robot, self.velocity, self.step_duration)
+        check_leg(self.robot, gait)
         object.__setattr__(self, "gait", gait)
         object.__setattr__(self, "velocity", gait.velocity)
         parameters = receding_parameters(

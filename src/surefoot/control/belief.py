@@ -19,7 +19,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from surefoot.compiling import njit
-from surefoot.models.footsteps import Side
 from surefoot.models.interfaces import OBSERVATION, Observation, Status
 from surefoot.models.lipm import com_flow
 from surefoot.models.record import new_array
@@ -45,12 +44,11 @@ GATE = np.dtype(
     ],
 )
 """Parameters: natural frequency [1/s]; control period [s]; how far anything moves unexpectedly in a
-cycle [m]; how far the feet can be apart, and the DCM from the foot that carries [m]; how far out the swing foot
-is at least [m]; how far the
-swing foot moves between two cycles that are believed [m]; by how much a clock may be wrong or late
-[s]; how soon after a touchdown there can be another one, and the longest step [s]; weight [N],
-inertia [kg m^2] and stop [rad] of the trunk, 0 without one; after how many cycles more what goes on
-to say the same is believed."""
+cycle [m]; how far the feet can be apart, and the DCM from the foot that carries [m]; how far out
+the swing foot is at least, and how far it moves between two cycles that are believed [m]; by how
+much a clock may be wrong or late [s]; how soon after a touchdown there can be another one, and the
+longest step [s]; weight of the robot [N]; inertia [kg m^2] and stop [rad] of its trunk, 0 without
+one; after how many cycles more what goes on to say the same is believed."""
 
 BELIEF = np.dtype(
     [
@@ -66,8 +64,8 @@ BELIEF = np.dtype(
 """What is believed: the observation that is decided on, whose `time` counts from the start of the
 controller so that it is exact for any epoch; what was shown in the last cycle, if that was not
 believed; time of the last believed cycle and of the touchdown before it, in the epoch of the
-observations [s]; for how many cycles clock, feet and pendulum go on to say what is not believed; which parts are
-guessed now; for how many cycles some part has been."""
+observations [s]; for how many cycles clock, feet and pendulum go on to say what is not believed;
+which parts are guessed now; for how many cycles some part has been."""
 
 CLOCK, FEET, PENDULUM, TRUNK = 1, 2, 4, 8
 """Parts of an observation, as bits of `BELIEF.guessed`."""
@@ -96,9 +94,10 @@ confirm it; at most so many do."""
 OUT_OF_REACH = 1.25
 """A DCM this many times further than any that can still be saved is that of a fallen robot."""
 
-TOGETHER = 0.5
+TOGETHER, STEPS_OF_DOUBT = 0.5, 4.0
 """A DCM may differ from com + com_velocity / omega by this part of the latter, if it was made with
-the natural frequency of another pendulum, and by `jump`."""
+the natural frequency of another pendulum, and by `jump`. One that differs more is believed only if
+it has gone on for so many of the longest steps: then CoM and DCM never did fit."""
 
 RESOLUTION = 1e-15
 """A double resolves a time to this part of it; within that, the clock of the step is the better."""
@@ -171,12 +170,23 @@ def _is_turned_little(yaw: float, before: float) -> bool:
 
 
 @njit(forceinline=True)
-def _feet_fit(gate, jump, last, now) -> bool:
-    """Whether the feet can have come from where they were believed to be."""
-    same = now.support_side == last.support_side
+def _is_in_reach(gate, now) -> bool:
+    """Whether the feet are not too far from each other."""
     away_x = now.swing_foot[0] - now.support_foot[0]
     away_y = now.swing_foot[1] - now.support_foot[1]
-    fit = away_x * away_x + away_y * away_y <= gate.reach * gate.reach
+    return away_x * away_x + away_y * away_y <= gate.reach * gate.reach
+
+
+@njit(forceinline=True)
+def _feet_fit(gate, jump, last, command, now) -> bool:
+    """Whether the feet can have come from where they were believed to be."""
+    same = now.support_side == last.support_side
+    fit = _is_in_reach(gate, now)
+    if not fit and same:
+        # A leg without limits may have been sent anywhere on its way.
+        fit = True
+        for i in range(2):
+            fit = fit and _is_near(now.swing_foot[i], command.swing_foot[i], jump)
     fit = fit and abs(now.swing_foot[2]) <= gate.reach
     # Landings in one period are as fast as feet get.
     fastest = 4.0 * gate.reach / gate.period
@@ -252,14 +262,14 @@ def _believe(belief, observation, seen_time):
 
 
 @njit(forceinline=True)
-def _passed(known, observation, landed) -> float:
+def _passed(known, command, observation, landed) -> float:
     """The time since the last cycle, as exact as it can be [s]."""
     passed = observation.time - known.time
-    if not landed:
-        since = observation.elapsed - known.seen.elapsed
-        if abs(since - passed) <= RESOLUTION * (abs(observation.time) + 1.0):
-            return since
-    return passed
+    since = observation.elapsed - known.seen.elapsed
+    if landed:
+        since += command.step_duration
+    exact = abs(since - passed) <= RESOLUTION * (abs(observation.time) + 1.0)
+    return since if exact else passed
 
 
 @njit
@@ -281,12 +291,14 @@ def look(gate, state, observation, next_state) -> bool:
     passed = observation.time - known.time
     if (
         _clock_fits(gate, known.time, known.began, observation, landed)
-        and _feet_fit(gate, gate.jump, last, observation)
+        and _feet_fit(gate, gate.jump, last, state.command, observation)
         and _pendulum_fits(gate, gate.jump, last, state.command.zmp, observation, passed)
         and _is_up(gate, observation, observation.support_foot)
         and _trunk_fits(gate, observation)
     ):
-        _believe(belief, observation, last.time + _passed(known, observation, landed))
+        _believe(
+            belief, observation, last.time + _passed(known, state.command, observation, landed)
+        )
         belief.began = known.began
         if landed:
             belief.began = observation.time - observation.elapsed
@@ -324,7 +336,7 @@ def _is_stance(gate, observation) -> bool:
 
 
 @njit
-def _goes_on(gate, known, observation, part) -> bool:
+def _goes_on(gate, known, command, observation, part) -> bool:
     """Whether a part that is not believed goes on from what was shown in the last cycle."""
     if known.blind == 0:
         return False
@@ -346,14 +358,15 @@ def _goes_on(gate, known, observation, part) -> bool:
         if not _is_stance(gate, observation):
             return False
         same = observation.support_side == before.support_side
-        return same and _feet_fit(gate, jump, before, observation)
+        fit = _is_in_reach(gate, observation)
+        return fit and same and _feet_fit(gate, jump, before, command, observation)
     # Which ZMP acts there is not known; in one cycle it matters little.
     pivot, passed = before.support_foot, max(passed, 0.0)
     if not math.isfinite(pivot[0] + pivot[1]):
         pivot = before.dcm
     if not _pendulum_fits(gate, jump, before, pivot, observation, passed):
         return False
-    if known.blind * gate.period > gate.longest:
+    if known.blind * gate.period > STEPS_OF_DOUBT * gate.longest:
         return True
     for i in range(2):
         lead = observation.com_velocity[i] / gate.omega
@@ -364,9 +377,10 @@ def _goes_on(gate, known, observation, part) -> bool:
 
 
 @njit
-def _confirm(gate, known, observation, part, index, belief) -> bool:
+def _confirm(gate, state, observation, part, index, belief) -> bool:
     """Count for how long a part goes on; whether that is long enough."""
-    goes_on = _goes_on(gate, known, observation, part)
+    known = state.belief
+    goes_on = _goes_on(gate, known, state.command, observation, part)
     belief.streak[index] = known.streak[index] + 1 if goes_on else 0
     return belief.streak[index] >= gate.confirm
 
@@ -380,27 +394,27 @@ def _look_closely(gate, state, observation, belief):
         belief.streak[k] = 0
     # Where one part cannot be true, the others are believed if they are what was to be expected.
     jump = STRICT * gate.jump
-    feet = _feet_fit(gate, jump, last, observation)
+    feet = _feet_fit(gate, jump, last, command, observation)
     landed = feet and observation.support_side != last.support_side
     clock = _clock_fits(gate, known.time, known.began, observation, landed)
     if landed and not clock:
         # Only a touchdown that the clock knows of is believed at once.
         feet = landed = False
         clock = _clock_fits(gate, known.time, known.began, observation, False)
-    if not feet and _confirm(gate, known, observation, FEET, 1, belief):
+    if not feet and _confirm(gate, state, observation, FEET, 1, belief):
         feet, landed = True, observation.support_side != last.support_side
         clock = _clock_fits(gate, known.time, known.began, observation, landed)
     due = command.step_duration - last.elapsed
     if not feet and not clock and due <= 2.0 * gate.period:
         # The feet are not seen, but a landing was due and the clock has begun anew.
         clock = landed = _clock_fits(gate, known.time, known.began, observation, True)
-    confirmed = not clock and _confirm(gate, known, observation, CLOCK, 0, belief)
+    confirmed = not clock and _confirm(gate, state, observation, CLOCK, 0, belief)
     ends = due <= gate.period * (1.0 + ALMOST)
     if not clock and not confirmed and not feet:
         landed = ends
     passed = gate.period
     if clock:
-        passed = _passed(known, observation, landed)
+        passed = _passed(known, command, observation, landed)
     elif landed and ends:
         passed = max(due, 0.0)
     belief.seen = last
@@ -414,7 +428,7 @@ def _look_closely(gate, state, observation, belief):
         _move_feet(command, landed, seen)
     pendulum = _pendulum_fits(gate, jump, last, command.zmp, observation, passed)
     pendulum = pendulum and _is_up(gate, observation, seen.support_foot)
-    pendulum = pendulum or _confirm(gate, known, observation, PENDULUM, 2, belief)
+    pendulum = pendulum or _confirm(gate, state, observation, PENDULUM, 2, belief)
     pendulum = pendulum and _is_up(gate, observation, seen.support_foot)
     trunk = _trunk_fits(gate, observation)
     for i in range(2):

@@ -18,10 +18,17 @@ SWING = np.dtype(
         ("max_speed", "f8"),
         ("max_acceleration", "f8"),
         ("period", "f8"),
+        ("reach", "f8"),
     ],
 )
 """Parameters of the swing foot: apex [m], distance that it would sink in a flight at its landing
-velocity [m], limits of speed and acceleration along each axis [m/s, m/s^2], control period [s]."""
+velocity [m], limits of speed and acceleration along each axis [m/s, m/s^2], control period [s], how
+far the feet can be apart [m]."""
+
+WILD = 4.0, 24.0
+"""A foot whose velocity would take it so many times `reach` in the rest of its flight, or so its
+acceleration, slows down at once: only a landing that was wanted at once and is not any more leaves
+it as fast, and the smooth way would throw it far beyond."""
 
 SAMPLES = 12
 """Where the way ahead is looked at; a quintic has no narrower peaks."""
@@ -120,6 +127,9 @@ def _move_over_ground(swing, observation, previous, new_step, left, command):
     for i in range(2):
         foot, velocity = observation.swing_foot[i], observation.swing_foot_velocity[i]
         acceleration = 0.0 if new_step else previous.swing_foot_acceleration[i]
+        fastest, hardest = WILD[0] * swing.reach / left, WILD[1] * swing.reach / (left * left)
+        velocity = min(max(velocity, -fastest), fastest)
+        acceleration = min(max(acceleration, -hardest), hardest)
         landing = command.step_location[i]
         away = landing - foot
         if not is_reachable(away, velocity, left, swing.max_speed, swing.max_acceleration):

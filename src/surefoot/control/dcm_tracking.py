@@ -16,7 +16,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from surefoot.checks import check_number
+from surefoot.checks import check_most, check_number
 from surefoot.compiling import entry_point, njit
 from surefoot.control.belief import BELIEF, first_belief, gate_parameters, hold, look, mark
 from surefoot.control.cycle import (
@@ -33,9 +33,10 @@ from surefoot.control.tracking_law import (
     plan_landing,
     track,
 )
-from surefoot.errors import ParameterError
+from surefoot.errors import ParameterError, VelocityError
 from surefoot.models.footsteps import Side
 from surefoot.models.interfaces import COMMAND, OBSERVATION, Command, Observation
+from surefoot.models.leg import time_to
 from surefoot.models.record import new_array
 from surefoot.models.robot import Robot
 from surefoot.planning.nominal_gait import NominalGait, nominal_gait
@@ -44,6 +45,9 @@ DEFAULT_DCM_GAIN = 3.0
 """K_f, the rate at which tracking removes an error [1/s]."""
 
 TRACKING_STATE = np.dtype([("plan", PLAN), ("belief", BELIEF), ("command", COMMAND)])
+
+LEAST_CYCLES = 4
+"""The shortest step has so many control cycles: every method walks with them, and few with less."""
 
 LONGEST_DOUBLE_SUPPORT = 0.6
 """The largest fraction of a step for which both feet may share the load."""
@@ -99,19 +103,40 @@ def check_tracking(robot: Robot, dcm_gain: float, double_support: float, period:
     """Refuse what no controller that tracks can work with.
 
     Raises:
-        ParameterError: no `Robot`, a gain or a period that is not positive, or a double support
-            that leaves too little of the step to move the foot in.
+        ParameterError: no `Robot`, a gain or a period that is not positive or too large, or a
+            double support that leaves too little of the step to move the foot in.
     """
     if not isinstance(robot, Robot):
         raise ParameterError("a Robot", repr(robot), 'load one: surefoot.load_robot("paper-biped")')
     check_number("dcm_gain", dcm_gain, 0.0, "1/s", above=True)
     check_number("period", period, 0.0, "s", above=True)
+    shortest = robot.gait.step_duration[0]
+    check_most("period", period, shortest / LEAST_CYCLES, "s", f"a step lasts {shortest:g} s")
+    check_most("dcm_gain", dcm_gain, 1.0 / period, "1/s", "an error is gone within a period then")
     check_number("double_support", double_support, 0.0, "-")
     if double_support > LONGEST_DOUBLE_SUPPORT:
         raise ParameterError(
             f"`double_support` of at most {LONGEST_DOUBLE_SUPPORT} of the step",
             f"{double_support}",
             "people walk with about 0.2",
+        )
+
+
+def check_leg(robot: Robot, gait: NominalGait) -> None:
+    """Refuse a leg that is late in every step of the gait, for a method that knows it.
+
+    Raises:
+        VelocityError: the leg is too slow.
+    """
+    swing, needed = robot.swing, 0.0
+    for axis in range(2):
+        stride = abs(gait.step(Side.RIGHT)[axis] + gait.step(Side.LEFT)[axis])
+        needed = max(needed, time_to(stride, 0.0, swing.max_speed, swing.max_acceleration))
+    if needed > gait.step_duration:
+        raise VelocityError(
+            f"a leg that swings in the {gait.step_duration:.3g} s of a step at {gait.velocity}",
+            f"one that takes {needed:.3g} s",
+            "walk more slowly, or give the leg its true speed and acceleration",
         )
 
 
@@ -144,6 +169,7 @@ def tracking_parameters(
     swing["max_speed"], swing["period"] = robot.swing.max_speed, period
     swing["max_acceleration"] = robot.swing.max_acceleration
     record["gate"] = gate_parameters(robot, period)[0]
+    swing["reach"] = record["gate"]["reach"]
     return parameters
 
 

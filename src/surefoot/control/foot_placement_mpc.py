@@ -16,7 +16,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from surefoot.checks import check_number
+from surefoot.checks import check_number, check_weights
+from surefoot.control.dcm_tracking import check_leg
 from surefoot.control.receding_horizon import (
     Programs,
     RecedingHorizon,
@@ -53,7 +54,7 @@ class FootPlacementMpc(RecedingHorizon):
         period: control period [s].
 
     Raises:
-        VelocityError: the velocity cannot be walked.
+        VelocityError: the velocity cannot be walked, or not on this leg.
         ParameterError: another argument is out of range.
         MissingExtraError: DAQP is not installed.
     """
@@ -77,7 +78,13 @@ class FootPlacementMpc(RecedingHorizon):
         check_number("velocity_weight", self.velocity_weight, 0.0, "s^2/m^2")
         check_number("zmp_weight", self.zmp_weight, 0.0, "1/m^2", above=True)
         check_number("step_weight", self.step_weight, 0.0, "1/m^2", above=True)
+        check_weights(
+            velocity_weight=self.velocity_weight,
+            zmp_weight=self.zmp_weight,
+            step_weight=self.step_weight,
+        )
         gait = nominal_gait(self.robot, self.velocity, self.step_duration)
+        check_leg(self.robot, gait)
         object.__setattr__(self, "gait", gait)
         object.__setattr__(self, "velocity", gait.velocity)
         parameters = receding_parameters(

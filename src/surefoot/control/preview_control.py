@@ -24,7 +24,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from surefoot.checks import check_number
+from surefoot.checks import check_number, check_weights
 from surefoot.compiling import entry_point, njit
 from surefoot.control.belief import first_belief, hold, look, mark
 from surefoot.control.cycle import command_swing, side_index
@@ -222,6 +222,11 @@ class PreviewControl:
             )
         for weight, unit in zip(self.state_weight, ("1/m^2", "s^2/m^2", "s^4/m^2"), strict=True):
             check_number("state_weight", weight, 0.0, unit)
+        check_weights(
+            error_weight=self.error_weight,
+            state_weight=self.state_weight,
+            input_weight=self.input_weight,
+        )
         check_number("preview", self.preview, self.period, "s")
         gait = nominal_gait(self.robot, self.velocity, self.step_duration)
         object.__setattr__(self, "gait", gait)

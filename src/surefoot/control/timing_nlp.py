@@ -17,12 +17,13 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from surefoot.checks import check_number, check_pair
+from surefoot.checks import check_number, check_pair, check_weights
 from surefoot.compiling import entry_point, njit
 from surefoot.control.belief import BELIEF, hold, look, mark
 from surefoot.control.cycle import command_swing, growth_since_touchdown
 from surefoot.control.dcm_tracking import (
     DEFAULT_DCM_GAIN,
+    check_leg,
     check_tracking,
     first_plan,
     tracking_parameters,
@@ -259,7 +260,7 @@ class TimingNlp:
 
     Raises:
         MissingExtraError: CasADi is not installed.
-        VelocityError: the velocity cannot be walked.
+        VelocityError: the velocity cannot be walked, or not on this leg.
         ParameterError: another argument is out of range.
     """
 
@@ -288,6 +289,7 @@ class TimingNlp:
         check_tracking(self.robot, self.dcm_gain, 0.0, self.period)
         self._check_decision()
         gait = nominal_gait(self.robot, self.velocity, self.step_duration)
+        check_leg(self.robot, gait)
         object.__setattr__(self, "gait", gait)
         object.__setattr__(self, "velocity", gait.velocity)
         parameters = new_array(TIMING_NLP)
@@ -332,6 +334,14 @@ class TimingNlp:
             check_pair(name, getattr(self, name), 0.0, "1/m^2")
         check_number("tau_weight", self.tau_weight, 0.0, "-")
         check_number("offset_penalty", self.offset_penalty, 0.0, "1/m^2", above=True)
+        check_weights(
+            step_weight=self.step_weight,
+            tau_weight=self.tau_weight,
+            zmp_weight=self.zmp_weight,
+            offset_weight=self.offset_weight,
+            path_weight=self.path_weight,
+            offset_penalty=self.offset_penalty,
+        )
 
     @property
     def kernel(self) -> None:

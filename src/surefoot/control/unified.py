@@ -17,7 +17,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from surefoot.checks import check_number, check_pair
+from surefoot.checks import check_number, check_pair, check_weights
 from surefoot.compiling import entry_point, njit
 from surefoot.control.belief import PENDULUM, hold, look, mark
 from surefoot.control.cycle import command_swing, growth_since_touchdown
@@ -164,6 +164,11 @@ class UnifiedController:
         check_number("tau_weight", self.tau_weight, 0.0, "-", above=True)
         check_pair("step_weight", self.step_weight, 0.0, "1/m^2")
         check_pair("offset_weight", self.offset_weight, 0.0, "1/m^2")
+        check_weights(
+            step_weight=self.step_weight,
+            tau_weight=self.tau_weight,
+            offset_weight=self.offset_weight,
+        )
         gait = nominal_gait(self.robot, self.velocity, self.step_duration)
         object.__setattr__(self, "gait", gait)
         object.__setattr__(self, "velocity", gait.velocity)
