@@ -273,7 +273,7 @@ def test_the_bounds_grow_with_the_robot(length: float) -> None:
     )  # fmt: skip
     here = gate_parameters(ROBOT.replace(swing=sf.Swing(max_speed=3.0)), 0.001)[0]
     there = gate_parameters(scaled, 0.001 * time)[0]
-    lengths = ("jump", "reach", "furthest", "inner", "stray")
+    lengths = ("jump", "reach", "furthest", "stray")
     times = ("slack", "soonest", "longest", "period")
     for name in lengths:
         assert there[name] == pytest.approx(length * here[name], rel=1e-12), name

@@ -32,7 +32,6 @@ GATE = np.dtype(
         ("jump", "f8"),
         ("reach", "f8"),
         ("furthest", "f8"),
-        ("inner", "f8"),
         ("stray", "f8"),
         ("slack", "f8"),
         ("soonest", "f8"),
@@ -44,11 +43,11 @@ GATE = np.dtype(
     ],
 )
 """Parameters: natural frequency [1/s]; control period [s]; how far anything moves unexpectedly in a
-cycle [m]; how far the feet can be apart, and the DCM from the foot that carries [m]; how far out
-the swing foot is at least, and how far it moves between two cycles that are believed [m]; by how
-much a clock may be wrong or late [s]; how soon after a touchdown there can be another one, and the
-longest step [s]; weight of the robot [N]; inertia [kg m^2] and stop [rad] of its trunk, 0 without
-one; after how many cycles more what goes on to say the same is believed."""
+cycle [m]; how far the feet can be apart, and the DCM from the foot that carries [m]; how far the
+swing foot moves between two cycles that are believed [m]; by how much a clock may be wrong or late
+[s]; how soon after a touchdown there can be another one, and the longest step [s]; weight of the
+robot [N]; inertia [kg m^2] and stop [rad] of its trunk, 0 without one; after how many cycles more
+what goes on to say the same is believed."""
 
 BELIEF = np.dtype(
     [
@@ -131,7 +130,6 @@ def gate_parameters(robot: Robot, period: float) -> NDArray[np.void]:
     far_y = outer * growth / (growth - 1.0) + robot.foot.half[1]
     slack = max(SLACK_PART * shortest, SLACK_PERIODS * period)
     gate["omega"], gate["period"], gate["jump"] = robot.omega, period, jump
-    gate["inner"] = robot.hip + gait.step_y[0] - 0.5 * jump
     gate["reach"] = math.hypot(ahead, outer) + jump
     gate["furthest"] = OUT_OF_REACH * math.hypot(far_x, far_y)
     gate["stray"] = robot.swing.max_speed * slack + jump
@@ -326,13 +324,16 @@ def _is_possible(gate, observation) -> bool:
 
 
 @njit
-def _is_stance(gate, observation) -> bool:
-    """Whether the swing foot is on its own side of the foot that is said to carry."""
-    yaw, foot, swing = observation.support_yaw, observation.support_foot, observation.swing_foot
-    along, across = swing[0] - foot[0], swing[1] - foot[1]
-    aside = math.cos(yaw) * across - math.sin(yaw) * along
-    said = observation.support_side == 1 or observation.support_side == -1
-    return said and observation.support_side * aside >= gate.inner
+def _is_same_foot_renamed(gate, last, observation) -> bool:
+    """Whether the foot that is believed to carry is said to be the other one, or none."""
+    if observation.support_side == last.support_side:
+        return False
+    if observation.support_side != -last.support_side:
+        return True
+    near = True
+    for i in range(2):
+        near = near and _is_near(observation.support_foot[i], last.support_foot[i], gate.jump)
+    return near
 
 
 @njit
@@ -355,7 +356,7 @@ def _goes_on(gate, known, command, observation, part) -> bool:
         return False
     jump = STRICT * gate.jump
     if part == FEET:
-        if not _is_stance(gate, observation):
+        if _is_same_foot_renamed(gate, known.seen, observation):
             return False
         same = observation.support_side == before.support_side
         fit = _is_in_reach(gate, observation)
