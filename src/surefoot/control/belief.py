@@ -412,7 +412,8 @@ def _look_closely(gate, state, observation, belief):
     confirmed = not clock and _confirm(gate, state, observation, CLOCK, 0, belief)
     ends = due <= gate.period * (1.0 + ALMOST)
     if not clock and not confirmed and not feet:
-        landed = ends
+        # Not while what is shown may turn out to be true: the next step's foot would land at once.
+        landed = ends and known.guessed & FEET != 0 and belief.streak[1] == 0
     passed = gate.period
     if clock:
         passed = _passed(known, command, observation, landed)
