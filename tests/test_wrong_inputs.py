@@ -14,8 +14,8 @@ import numpy as np
 import pytest
 
 import surefoot as sf
-from surefoot.control.belief import GATE, gate_parameters
 from surefoot.control.methods import METHODS, method
+from surefoot.control.plausibility import GATE, gate_parameters
 
 ROBOT = sf.load_robot("paper-biped")
 LEG = ROBOT.with_leg(max_speed=3.0, max_acceleration=60.0)

@@ -19,35 +19,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from surefoot.compiling import njit
+from surefoot.control.plausibility import (
+    ALMOST,
+    clock_fits,
+    feet_fit,
+    is_in_reach,
+    is_near,
+    is_up,
+    pendulum_fits,
+    trunk_fits,
+)
 from surefoot.models.interfaces import OBSERVATION, Observation, Status
 from surefoot.models.lipm import com_flow
-from surefoot.models.record import new_array
-from surefoot.models.robot import Robot
 from surefoot.models.trunk import trunk_flow
-
-GATE = np.dtype(
-    [
-        ("omega", "f8"),
-        ("period", "f8"),
-        ("jump", "f8"),
-        ("reach", "f8"),
-        ("furthest", "f8"),
-        ("stray", "f8"),
-        ("slack", "f8"),
-        ("soonest", "f8"),
-        ("longest", "f8"),
-        ("weight", "f8"),
-        ("inertia", "f8"),
-        ("max_lean", "f8"),
-        ("confirm", "i8"),
-    ],
-)
-"""Parameters: natural frequency [1/s]; control period [s]; how far anything moves unexpectedly in a
-cycle [m]; how far the feet can be apart, and the DCM from the foot that carries [m]; how far the
-swing foot moves between two cycles that are believed [m]; by how much a clock may be wrong or late
-[s]; how soon after a touchdown there can be another one, and the longest step [s]; weight of the
-robot [N]; inertia [kg m^2] and stop [rad] of its trunk, 0 without one; after how many cycles more
-what goes on to say the same is believed."""
 
 BELIEF = np.dtype(
     [
@@ -69,29 +53,8 @@ which parts are guessed now; for how many cycles some part has been."""
 CLOCK, FEET, PENDULUM, TRUNK = 1, 2, 4, 8
 """Parts of an observation, as bits of `BELIEF.guessed`."""
 
-JUMP_PART = 0.25
-"""Of the length that steps make up for: what moves further unexpectedly in one cycle waits to
-be confirmed. A push of 5 ms that is just survived moves the DCM by a fifth of it in 1 ms."""
-
-MOST_SPANS = 4.0
-"""Half the width of the box of steps, so many times: a sequence of steps makes up for that much."""
-
 STRICT = 0.125
 """Part of that jump which is left to an observation of which some part cannot be true."""
-
-SLACK_PART, SLACK_PERIODS = 0.1, 4.0
-"""Part of the shortest step, or periods if that is more, by which a clock may be wrong: a landing
-that is off by as much is survived."""
-
-SOONEST_PART = 0.25
-"""Of the shortest step: so soon after a touchdown another one is a contact that bounces."""
-
-CONFIRM_GROWTH, CONFIRM_MOST = 0.01, 3
-"""A blow is answered no later than after a growth of the DCM by this part, but one cycle has to
-confirm it; at most so many do."""
-
-OUT_OF_REACH = 1.25
-"""A DCM this many times further than any that can still be saved is that of a fallen robot."""
 
 TOGETHER, STEPS_OF_DOUBT = 0.5, 4.0
 """A DCM may differ from com + com_velocity / omega by this part of the latter, if it was made with
@@ -105,42 +68,7 @@ FURTHEST_PLACE = 1e9
 """A double resolves a place this many jumps from the origin to 1e-7 of one; no further one is
 believed anew."""
 
-ALMOST = 1e-6
-"""Fraction of a period that is no time."""
-
-HALF_TURN = math.pi
-"""No trunk leans further, or turns by more than a radian in a period [rad]."""
-
 _HELD, _ZMP_AT_EDGE = int(Status.HELD), int(Status.ZMP_AT_EDGE)
-
-
-def gate_parameters(robot: Robot, period: float) -> NDArray[np.void]:
-    """The `GATE` record of a robot and a control period [s], shape (1,)."""
-    gate, gait = new_array(GATE), robot.gait
-    shortest, longest = gait.step_duration
-    growth = math.exp(min(robot.omega * shortest, 30.0))
-    outer = robot.hip + gait.step_y[1]
-    ahead = max(-gait.step_x[0], gait.step_x[1])
-    spans = 0.5 * (gait.step_x[1] - gait.step_x[0]), 0.5 * (gait.step_y[1] - gait.step_y[0])
-    # What steps make up for, as the DCM at the end of a step; of very short ones not all of it.
-    part = min(1.0 / (growth - 1.0), MOST_SPANS)
-    mended = (robot.foot.half[i] + part * spans[i] for i in range(2))
-    jump = JUMP_PART * max(robot.hip, *mended)
-    far_x = ahead * growth / (growth - 1.0) + robot.foot.half[0]
-    far_y = outer * growth / (growth - 1.0) + robot.foot.half[1]
-    slack = max(SLACK_PART * shortest, SLACK_PERIODS * period)
-    gate["omega"], gate["period"], gate["jump"] = robot.omega, period, jump
-    gate["reach"] = math.hypot(ahead, outer) + jump
-    gate["furthest"] = OUT_OF_REACH * math.hypot(far_x, far_y)
-    gate["stray"] = robot.swing.max_speed * slack + jump
-    gate["slack"], gate["soonest"] = slack, SOONEST_PART * shortest
-    gate["longest"] = longest
-    gate["weight"] = robot.mass * robot.gravity
-    if robot.trunk is not None:
-        gate["inertia"], gate["max_lean"] = robot.trunk.inertia, robot.trunk.max_lean
-    cycles = round(CONFIRM_GROWTH / (robot.omega * period))
-    gate["confirm"] = min(max(cycles, 1), CONFIRM_MOST)
-    return gate
 
 
 def first_belief(observation: Observation, state: NDArray[np.void]) -> None:
@@ -151,103 +79,6 @@ def first_belief(observation: Observation, state: NDArray[np.void]) -> None:
     belief["seen"]["elapsed"] = max(observation.elapsed, 0.0)
     belief["time"] = observation.time
     belief["began"] = observation.time - observation.elapsed
-
-
-@njit(forceinline=True)
-def _is_near(value: float, other: float, most: float) -> bool:
-    # A comparison with a NaN is false.
-    return abs(value - other) <= most
-
-
-@njit
-def _is_turned_little(yaw: float, before: float) -> bool:
-    turn = yaw - before
-    if not abs(turn) < 1e6:
-        return False
-    return abs(turn - 2.0 * math.pi * math.floor(turn / (2.0 * math.pi) + 0.5)) <= 1.0
-
-
-@njit(forceinline=True)
-def _is_in_reach(gate, now) -> bool:
-    """Whether the feet are not too far from each other."""
-    away_x = now.swing_foot[0] - now.support_foot[0]
-    away_y = now.swing_foot[1] - now.support_foot[1]
-    return away_x * away_x + away_y * away_y <= gate.reach * gate.reach
-
-
-@njit(forceinline=True)
-def _feet_fit(gate, jump, last, command, now) -> bool:
-    """Whether the feet can have come from where they were believed to be."""
-    same = now.support_side == last.support_side
-    fit = _is_in_reach(gate, now)
-    if not fit and same:
-        # A leg without limits may have been sent anywhere on its way.
-        fit = True
-        for i in range(2):
-            fit = fit and _is_near(now.swing_foot[i], command.swing_foot[i], jump)
-    fit = fit and abs(now.swing_foot[2]) <= gate.reach
-    # Landings in one period are as fast as feet get.
-    fastest = 4.0 * gate.reach / gate.period
-    for i in range(3):
-        fit = fit and abs(now.swing_foot_velocity[i]) <= fastest
-    if same:
-        for i in range(2):
-            fit = fit and _is_near(now.support_foot[i], last.support_foot[i], jump)
-            fit = fit and _is_near(now.swing_foot[i], last.swing_foot[i], gate.stray)
-        if now.support_yaw != last.support_yaw:
-            fit = fit and _is_turned_little(now.support_yaw, last.support_yaw)
-        if now.swing_yaw != last.swing_yaw:
-            fit = fit and _is_turned_little(now.swing_yaw, last.swing_yaw)
-        return fit
-    # A touchdown: the feet change places.
-    fit = fit and now.support_side == -last.support_side and last.elapsed >= gate.soonest
-    for i in range(2):
-        fit = fit and _is_near(now.swing_foot[i], last.support_foot[i], jump)
-        fit = fit and _is_near(now.support_foot[i], last.swing_foot[i], gate.stray)
-        fit = fit and _is_near(now.support_foot[i], last.support_foot[i], gate.reach)
-    fit = fit and _is_turned_little(now.support_yaw, last.swing_yaw)
-    return fit and _is_turned_little(now.swing_yaw, last.support_yaw)
-
-
-@njit(forceinline=True)
-def _clock_fits(gate, time, began, now, landed) -> bool:
-    """Whether clock and time since touchdown have gone on since `time`, and fit each other."""
-    passed, elapsed = now.time - time, now.elapsed
-    fit = passed >= 0.0 and passed <= gate.slack
-    fit = fit and elapsed >= -gate.period * (1.0 + ALMOST)
-    if landed:
-        return fit and elapsed <= passed + gate.slack
-    return fit and _is_near(now.time - elapsed, began, gate.slack)
-
-
-@njit(forceinline=True)
-def _pendulum_fits(gate, jump, last, zmp, now, passed) -> bool:
-    """Whether the pendulum can have come from where it was, about this ZMP."""
-    turn = gate.omega * passed
-    turn *= 1.0 + 0.5 * turn
-    fit = True
-    for i in range(2):
-        dcm = last.dcm[i] + turn * (last.dcm[i] - zmp[i])
-        fit = fit and _is_near(now.dcm[i], dcm, jump)
-        fit = fit and _is_near(now.com[i], last.com[i] + passed * last.com_velocity[i], jump)
-        fit = fit and _is_near(now.com_velocity[i], last.com_velocity[i], gate.omega * jump)
-    return fit
-
-
-@njit(forceinline=True)
-def _is_up(gate, now, foot) -> bool:
-    """Whether the DCM is where a robot on this foot can have it; further off it has fallen."""
-    far_x, far_y = now.dcm[0] - foot[0], now.dcm[1] - foot[1]
-    return far_x * far_x + far_y * far_y <= gate.furthest * gate.furthest
-
-
-@njit(forceinline=True)
-def _trunk_fits(gate, now) -> bool:
-    fit = True
-    for i in range(2):
-        fit = fit and abs(now.trunk_lean[i]) <= HALF_TURN
-        fit = fit and abs(now.trunk_lean_velocity[i]) * gate.period <= 1.0
-    return fit
 
 
 @njit(forceinline=True)
@@ -288,11 +119,11 @@ def look(gate, state, observation, next_state) -> bool:
     landed = observation.support_side != last.support_side
     passed = observation.time - known.time
     if (
-        _clock_fits(gate, known.time, known.began, observation, landed)
-        and _feet_fit(gate, gate.jump, last, state.command, observation)
-        and _pendulum_fits(gate, gate.jump, last, state.command.zmp, observation, passed)
-        and _is_up(gate, observation, observation.support_foot)
-        and _trunk_fits(gate, observation)
+        clock_fits(gate, known.time, known.began, observation, landed)
+        and feet_fit(gate, gate.jump, last, state.command, observation)
+        and pendulum_fits(gate, gate.jump, last, state.command.zmp, observation, passed)
+        and is_up(gate, observation, observation.support_foot)
+        and trunk_fits(gate, observation)
     ):
         _believe(
             belief, observation, last.time + _passed(known, state.command, observation, landed)
@@ -319,7 +150,7 @@ def _is_possible(gate, observation) -> bool:
         if not abs(foot[i]) <= FURTHEST_PLACE * gate.jump:
             return False
     if math.isfinite(dcm[0] + dcm[1]):
-        return _is_up(gate, observation, foot)
+        return is_up(gate, observation, foot)
     return True
 
 
@@ -332,7 +163,7 @@ def _is_same_foot_renamed(gate, last, observation) -> bool:
         return True
     near = True
     for i in range(2):
-        near = near and _is_near(observation.support_foot[i], last.support_foot[i], gate.jump)
+        near = near and is_near(observation.support_foot[i], last.support_foot[i], gate.jump)
     return near
 
 
@@ -348,7 +179,7 @@ def _goes_on(gate, known, command, observation, part) -> bool:
         even = passed > 0.0 and passed <= gate.slack and abs(since - passed) <= 0.5 * gate.period
         # A clock may have been set; a step that lasts too long has been seen to become so old.
         expected = known.seen.elapsed + gate.period
-        set_anew = _is_near(observation.elapsed, expected, gate.slack)
+        set_anew = is_near(observation.elapsed, expected, gate.slack)
         return even and (set_anew or 0.0 <= observation.elapsed <= gate.longest)
     # The same over and over again is what a sensor says that has stopped.
     alive = passed > 0.0 or observation.elapsed > before.elapsed
@@ -359,13 +190,13 @@ def _goes_on(gate, known, command, observation, part) -> bool:
         if _is_same_foot_renamed(gate, known.seen, observation):
             return False
         same = observation.support_side == before.support_side
-        fit = _is_in_reach(gate, observation)
-        return fit and same and _feet_fit(gate, jump, before, command, observation)
+        fit = is_in_reach(gate, observation)
+        return fit and same and feet_fit(gate, jump, before, command, observation)
     # Which ZMP acts there is not known; in one cycle it matters little.
     pivot, passed = before.support_foot, max(passed, 0.0)
     if not math.isfinite(pivot[0] + pivot[1]):
         pivot = before.dcm
-    if not _pendulum_fits(gate, jump, before, pivot, observation, passed):
+    if not pendulum_fits(gate, jump, before, pivot, observation, passed):
         return False
     if known.blind * gate.period > STEPS_OF_DOUBT * gate.longest:
         return True
@@ -395,20 +226,20 @@ def _look_closely(gate, state, observation, belief):
         belief.streak[k] = 0
     # Where one part cannot be true, the others are believed if they are what was to be expected.
     jump = STRICT * gate.jump
-    feet = _feet_fit(gate, jump, last, command, observation)
+    feet = feet_fit(gate, jump, last, command, observation)
     landed = feet and observation.support_side != last.support_side
-    clock = _clock_fits(gate, known.time, known.began, observation, landed)
+    clock = clock_fits(gate, known.time, known.began, observation, landed)
     if landed and not clock:
         # Only a touchdown that the clock knows of is believed at once.
         feet = landed = False
-        clock = _clock_fits(gate, known.time, known.began, observation, False)
+        clock = clock_fits(gate, known.time, known.began, observation, False)
     if not feet and _confirm(gate, state, observation, FEET, 1, belief):
         feet, landed = True, observation.support_side != last.support_side
-        clock = _clock_fits(gate, known.time, known.began, observation, landed)
+        clock = clock_fits(gate, known.time, known.began, observation, landed)
     due = command.step_duration - last.elapsed
     if not feet and not clock and due <= 2.0 * gate.period:
         # The feet are not seen, but a landing was due and the clock has begun anew.
-        clock = landed = _clock_fits(gate, known.time, known.began, observation, True)
+        clock = landed = clock_fits(gate, known.time, known.began, observation, True)
     confirmed = not clock and _confirm(gate, state, observation, CLOCK, 0, belief)
     ends = due <= gate.period * (1.0 + ALMOST)
     if not clock and not confirmed and not feet:
@@ -428,11 +259,11 @@ def _look_closely(gate, state, observation, belief):
         _take_feet(observation, seen)
     else:
         _move_feet(command, landed, seen)
-    pendulum = _pendulum_fits(gate, jump, last, command.zmp, observation, passed)
-    pendulum = pendulum and _is_up(gate, observation, seen.support_foot)
+    pendulum = pendulum_fits(gate, jump, last, command.zmp, observation, passed)
+    pendulum = pendulum and is_up(gate, observation, seen.support_foot)
     pendulum = pendulum or _confirm(gate, state, observation, PENDULUM, 2, belief)
-    pendulum = pendulum and _is_up(gate, observation, seen.support_foot)
-    trunk = _trunk_fits(gate, observation)
+    pendulum = pendulum and is_up(gate, observation, seen.support_foot)
+    trunk = trunk_fits(gate, observation)
     for i in range(2):
         if pendulum:
             seen.dcm[i], seen.com[i] = observation.dcm[i], observation.com[i]

@@ -18,13 +18,14 @@ from numpy.typing import NDArray
 
 from surefoot.checks import check_most, check_number
 from surefoot.compiling import entry_point, njit
-from surefoot.control.belief import BELIEF, first_belief, gate_parameters, hold, look, mark
+from surefoot.control.belief import BELIEF, first_belief, hold, look, mark
 from surefoot.control.cycle import (
     command_swing,
     growth_since_touchdown,
     is_usable,
     side_index,
 )
+from surefoot.control.plausibility import gate_parameters
 from surefoot.control.tracking_law import (
     PLAN,
     TRACKING,

@@ -8,8 +8,9 @@ from __future__ import annotations
 import numpy as np
 
 from surefoot.compiling import njit
-from surefoot.control.belief import BELIEF, GATE
+from surefoot.control.belief import BELIEF
 from surefoot.control.cycle import LAST_CYCLE, SWING, side_index
+from surefoot.control.plausibility import GATE
 from surefoot.control.tracking_law import EDGE_TOLERANCE
 from surefoot.models.interfaces import COMMAND
 from surefoot.models.lipm import com_flow

@@ -175,10 +175,9 @@ def _keep_under_sole(parameters, observation, command):
     x, y = nearest_under_foot(away_x, away_y, reach[0], reach[1], observation.support_yaw)
     left = command.step_duration - observation.elapsed
     growth = math.exp(parameters.tracking.omega * left)
-    for i in range(2):
-        now, before = (x, away_x) if i == 0 else (y, away_y)
-        command.zmp[i] = foot[i] + now
-        command.dcm_offset[i] += (now - before) * (1.0 - growth)
+    command.zmp[0], command.zmp[1] = foot[0] + x, foot[1] + y
+    command.dcm_offset[0] += (x - away_x) * (1.0 - growth)
+    command.dcm_offset[1] += (y - away_y) * (1.0 - growth)
 
 
 @njit
@@ -224,11 +223,8 @@ def _end(parameters, state, next_state):
 
 @cache
 def _compiled() -> tuple[Callable[..., None], Callable[..., None]]:
-    own = TIMING_NLP, TIMING_NLP_STATE
-    return (
-        entry_point(_begin, *own, OBSERVATION, TIMING_NLP_STATE),
-        entry_point(_end, *own, TIMING_NLP_STATE),
-    )
+    own, after = (TIMING_NLP, TIMING_NLP_STATE), TIMING_NLP_STATE
+    return entry_point(_begin, *own, OBSERVATION, after), entry_point(_end, *own, after)
 
 
 @dataclass(frozen=True)
@@ -334,14 +330,9 @@ class TimingNlp:
             check_pair(name, getattr(self, name), 0.0, "1/m^2")
         check_number("tau_weight", self.tau_weight, 0.0, "-")
         check_number("offset_penalty", self.offset_penalty, 0.0, "1/m^2", above=True)
-        check_weights(
-            step_weight=self.step_weight,
-            tau_weight=self.tau_weight,
-            zmp_weight=self.zmp_weight,
-            offset_weight=self.offset_weight,
-            path_weight=self.path_weight,
-            offset_penalty=self.offset_penalty,
-        )
+        names = (name for name in self.__dataclass_fields__ if name.endswith("_weight"))
+        every = {name: getattr(self, name) for name in names}
+        check_weights(**every, offset_penalty=self.offset_penalty)
 
     @property
     def kernel(self) -> None:

@@ -10,8 +10,8 @@ import math
 import numpy as np
 
 from surefoot.compiling import njit
-from surefoot.control.belief import GATE
 from surefoot.control.cycle import SWING, side_index
+from surefoot.control.plausibility import GATE
 from surefoot.models.interfaces import Mode, Status
 from surefoot.models.plane import length
 from surefoot.planning.dcm_plan import planned_dcm
