@@ -61,8 +61,8 @@ TIMING_NLP = np.dtype(
         ("zmp_reach", "f8", (2,)),
     ]
 )
-"""Parameters: of tracking, the threshold [m], how often the steps are decided [s], the longest
-duration of a step [s], and how far the ZMP moves in a decision [m]."""
+"""Parameters: of tracking, the threshold [m], how often the steps are decided and how long a step
+may last [s], how far the ZMP moves in a decision [m]."""
 
 TIMING_NLP_STATE = np.dtype(
     [
@@ -173,8 +173,7 @@ def _keep_under_sole(parameters, observation, command):
     reach, foot = parameters.zmp_reach, observation.support_foot
     away_x, away_y = command.zmp[0] - foot[0], command.zmp[1] - foot[1]
     x, y = nearest_under_foot(away_x, away_y, reach[0], reach[1], observation.support_yaw)
-    left = command.step_duration - observation.elapsed
-    growth = math.exp(parameters.tracking.omega * left)
+    growth = math.exp(parameters.tracking.omega * (command.step_duration - observation.elapsed))
     command.zmp[0], command.zmp[1] = foot[0] + x, foot[1] + y
     command.dcm_offset[0] += (x - away_x) * (1.0 - growth)
     command.dcm_offset[1] += (y - away_y) * (1.0 - growth)
