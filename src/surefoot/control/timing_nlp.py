@@ -371,8 +371,7 @@ class TimingNlp:
     def _decide(self, next_state: NDArray[np.void]) -> None:
         """Write the next steps into the state; without an answer, those that were known go on."""
         seen = next_state["belief"]["seen"][0]
-        side = Side(int(seen["support_side"]))
-        elapsed = float(seen["elapsed"])
+        side, elapsed = Side(int(seen["support_side"])), float(seen["elapsed"])
         guess = self.sequence.nominal(side, elapsed)
         if next_state["known"][0]:
             guess = next_state["steps"].copy()
