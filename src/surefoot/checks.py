@@ -12,6 +12,12 @@ from typing import Any
 
 from surefoot.errors import FileError, MissingExtraError, ParameterError
 
+LARGEST_RATIO = 1e12
+"""Of two weights of one cost: a double has 16 digits, and an answer should have some."""
+
+LARGEST_WEIGHT = 1e100
+"""And its inverse: products of weights beyond these are infinite, or 0."""
+
 
 def optional_module(name: str, purpose: str, extra: str) -> Any:
     """Import a module that only an extra installs.
@@ -102,6 +108,31 @@ def check_pair(name: str, value: tuple[float, float], least: float, unit: str) -
         )
     for component in value:
         check_number(name, component, least, unit)
+
+
+def check_weights(**weights: float | tuple[float, ...] | None) -> None:
+    """Refuse weights of one cost that differ so much that the smaller ones are lost in rounding.
+
+    Args:
+        **weights: by name; each has been checked, and 0 and None are no weight.
+
+    Raises:
+        ParameterError: the largest is more than `LARGEST_RATIO` times the smallest.
+    """
+    every = {
+        name: [each for each in (value if isinstance(value, tuple) else (value,)) if each]
+        for name, value in weights.items()
+    }
+    known = [(each, name) for name, values in every.items() for each in values]
+    if not known:
+        return
+    (least, small), (most, large) = min(known), max(known)
+    if most > LARGEST_RATIO * least or not 1.0 / LARGEST_WEIGHT <= most <= LARGEST_WEIGHT:
+        raise ParameterError(
+            f"weights within a factor {LARGEST_RATIO:g} of each other",
+            f"`{large}` {most:g} beside `{small}` {least:g}",
+            "only their ratios matter: leave them out for the defaults, or bring them together",
+        )
 
 
 def check_seed(seed: int) -> None:

@@ -17,7 +17,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from surefoot.checks import check_number
+from surefoot.checks import check_number, check_weights
+from surefoot.control.dcm_tracking import check_leg
 from surefoot.control.defaults import fill_in, filled
 from surefoot.control.foot_placement_mpc import SAMPLES_PER_STEP, placed_feet
 from surefoot.control.receding_horizon import (
@@ -70,7 +71,7 @@ class AnkleHipStepMpc(RecedingHorizon):
 
     Raises:
         RobotError: the robot has no trunk.
-        VelocityError: the velocity cannot be walked.
+        VelocityError: the velocity cannot be walked, or not on this leg.
         ParameterError: another argument is out of range.
         MissingExtraError: DAQP is not installed.
     """
@@ -104,6 +105,8 @@ class AnkleHipStepMpc(RecedingHorizon):
         for name in ("zmp_weight", "step_weight", "torque_weight"):
             check_number(name, getattr(self, name), 0.0, "1/m^2", above=True)
         check_optional(self.push_horizon, "push_horizon", "s")
+        weights = (name for name in self.__dataclass_fields__ if name.endswith("_weight"))
+        check_weights(**{name: getattr(self, name) for name in weights})
         trunk = self.robot.trunk
         if trunk is None:
             raise RobotError(
@@ -112,6 +115,7 @@ class AnkleHipStepMpc(RecedingHorizon):
                 "add a table [trunk] with inertia, max_torque and max_lean to its file",
             )
         gait = nominal_gait(self.robot, self.velocity, self.step_duration)
+        check_leg(self.robot, gait)
         object.__setattr__(self, "gait", gait)
         object.__setattr__(self, "velocity", gait.velocity)
         fill_in(

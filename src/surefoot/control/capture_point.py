@@ -21,7 +21,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from surefoot.compiling import entry_point, njit
-from surefoot.control.cycle import command_swing, growth_since_touchdown, is_usable, side_index
+from surefoot.control.belief import hold, look, mark
+from surefoot.control.cycle import command_swing, growth_since_touchdown, side_index
 from surefoot.control.dcm_tracking import (
     NO_GAIN,
     TRACKING_STATE,
@@ -34,7 +35,6 @@ from surefoot.control.tracking_law import (
     TRACKING,
     begin_plan,
     follow_plan,
-    hold,
     plan_landing,
 )
 from surefoot.models.footsteps import Side
@@ -86,11 +86,12 @@ def capture(parameters, observation, plan, command):
 @njit
 def capture_cycle(parameters, state, observation, next_state):
     """One cycle of `CapturePointStepping` over records."""
-    if not is_usable(observation):
-        hold(state, observation, next_state)
+    if look(parameters.gate, state, observation, next_state):
+        hold(state, next_state)
         return
     next_state.plan = state.plan
     plan, command = next_state.plan, next_state.command
+    observation = next_state.belief.seen
     new_step = observation.support_side != plan.support_side
     if new_step:
         begin_plan(parameters, observation, False, plan)
@@ -108,6 +109,7 @@ def capture_cycle(parameters, state, observation, next_state):
         new_step,
         command,
     )
+    mark(next_state)
 
 
 @njit

@@ -18,10 +18,17 @@ SWING = np.dtype(
         ("max_speed", "f8"),
         ("max_acceleration", "f8"),
         ("period", "f8"),
+        ("reach", "f8"),
     ],
 )
 """Parameters of the swing foot: apex [m], distance that it would sink in a flight at its landing
-velocity [m], limits of speed and acceleration along each axis [m/s, m/s^2], control period [s]."""
+velocity [m], limits of speed and acceleration along each axis [m/s, m/s^2], control period [s], how
+far the feet can be apart [m]."""
+
+WILD = 4.0, 24.0
+"""A foot whose velocity would take it so many times `reach` in the rest of its flight, or so its
+acceleration, slows down at once: only a landing that was wanted at once and is not any more leaves
+it as fast, and the smooth way would throw it far beyond."""
 
 SAMPLES = 12
 """Where the way ahead is looked at; a quintic has no narrower peaks."""
@@ -30,7 +37,11 @@ LIMIT_TOLERANCE = 1e-3
 """Fraction of a limit that the samples may exceed: a foot at its limit is not too fast."""
 
 LARGEST_MAGNITUDE = 1e9
-"""No position, velocity or time of an observation is larger, in SI units."""
+"""No place or velocity of a first observation is larger, in SI units: a double resolves it to 1e-7.
+What comes later is compared with what was before, see `control.belief`."""
+
+LARGEST_TIME = 1e12
+"""No clock counts further [s], whatever its epoch: a double resolves it to a tenth of 1 ms."""
 
 LARGEST_EXPONENT = 60.0
 """omega t counts no further than this, some 17 s: a step has long ended by then."""
@@ -53,12 +64,14 @@ def _is_sound(value: float) -> bool:
 @njit(forceinline=True)
 def is_usable(observation) -> bool:
     """Whether everything that a controller reads is a number of this world, and a foot stands."""
-    sound = _is_sound(observation.elapsed) and _is_sound(observation.time)
+    sound = _is_sound(observation.elapsed) and abs(observation.time) < LARGEST_TIME
     sound = sound and _is_sound(observation.support_yaw) and _is_sound(observation.swing_yaw)
     for i in range(2):
         sound = sound and _is_sound(observation.dcm[i]) and _is_sound(observation.com[i])
         sound = sound and _is_sound(observation.com_velocity[i])
         sound = sound and _is_sound(observation.support_foot[i])
+        sound = sound and _is_sound(observation.trunk_lean[i])
+        sound = sound and _is_sound(observation.trunk_lean_velocity[i])
     for i in range(3):
         sound = sound and _is_sound(observation.swing_foot[i])
         sound = sound and _is_sound(observation.swing_foot_velocity[i])
@@ -125,6 +138,9 @@ def _move_over_ground(swing, observation, previous, new_step, left, command):
     for i in range(2):
         foot, velocity = observation.swing_foot[i], observation.swing_foot_velocity[i]
         acceleration = 0.0 if new_step else previous.swing_foot_acceleration[i]
+        fastest, hardest = WILD[0] * swing.reach / left, WILD[1] * swing.reach / (left * left)
+        velocity = min(max(velocity, -fastest), fastest)
+        acceleration = min(max(acceleration, -hardest), hardest)
         landing = command.step_location[i]
         away = landing - foot
         if _comes_short(swing, away, velocity, left):

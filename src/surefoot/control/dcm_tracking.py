@@ -16,8 +16,9 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from surefoot.checks import check_number
+from surefoot.checks import check_most, check_number
 from surefoot.compiling import entry_point, njit
+from surefoot.control.belief import BELIEF, first_belief, hold, look, mark
 from surefoot.control.cycle import (
     command_swing,
     growth_since_touchdown,
@@ -25,29 +26,30 @@ from surefoot.control.cycle import (
     side_index,
 )
 from surefoot.control.defaults import DCM_GAIN, again, fill_in, filled
+from surefoot.control.plausibility import gate_parameters
 from surefoot.control.tracking_law import (
     PLAN,
     TRACKING,
     begin_plan,
     follow_plan,
-    hold,
     plan_landing,
     track,
 )
-from surefoot.errors import ParameterError
+from surefoot.errors import ParameterError, VelocityError
 from surefoot.models.footsteps import Side
 from surefoot.models.interfaces import COMMAND, OBSERVATION, Command, Observation
+from surefoot.models.leg import time_to
 from surefoot.models.record import new_array
 from surefoot.models.robot import Robot
 from surefoot.planning.nominal_gait import NominalGait, nominal_gait
 
-DEFAULT_DCM_GAIN = 3.0
-"""K_f of the paper's biped [1/s]."""
-
 NO_GAIN = 0.0
 """For methods that take over the records of tracking, but not its law [1/s]."""
 
-TRACKING_STATE = np.dtype([("plan", PLAN), ("command", COMMAND)])
+TRACKING_STATE = np.dtype([("plan", PLAN), ("belief", BELIEF), ("command", COMMAND)])
+
+LEAST_CYCLES = 4
+"""The shortest step has so many control cycles: every method walks with them, and few with less."""
 
 LONGEST_DOUBLE_SUPPORT = 0.6
 """The largest fraction of a step for which both feet may share the load."""
@@ -56,9 +58,16 @@ LONGEST_DOUBLE_SUPPORT = 0.6
 @njit
 def tracking_cycle(parameters, state, observation, next_state):
     """One cycle of `DcmTracking` over records."""
-    if not is_usable(observation):
-        hold(state, observation, next_state)
+    if look(parameters.gate, state, observation, next_state):
+        hold(state, next_state)
         return
+    track_step(parameters, state, next_state)
+
+
+@njit
+def track_step(parameters, state, next_state):
+    """The cycle of `DcmTracking` on what is believed, `next_state.belief`."""
+    observation = next_state.belief.seen
     next_state.plan = state.plan
     plan, command = next_state.plan, next_state.command
     new_step = observation.support_side != plan.support_side
@@ -79,6 +88,7 @@ def tracking_cycle(parameters, state, observation, next_state):
         new_step,
         command,
     )
+    mark(next_state)
 
 
 @njit
@@ -97,20 +107,43 @@ def check_tracking(
     """Refuse what no controller that tracks can work with.
 
     Raises:
-        ParameterError: no `Robot`, a gain or a period that is not positive, or a double support
-            that leaves too little of the step to move the foot in.
+        ParameterError: no `Robot`, a gain or a period that is not positive or too large, or a
+            double support that leaves too little of the step to move the foot in.
     """
     if not isinstance(robot, Robot):
         raise ParameterError("a Robot", repr(robot), 'load one: surefoot.load_robot("paper-biped")')
     if dcm_gain is not None:
         check_number("dcm_gain", dcm_gain, 0.0, "1/s", above=True)
     check_number("period", period, 0.0, "s", above=True)
+    shortest = robot.gait.step_duration[0]
+    check_most("period", period, shortest / LEAST_CYCLES, "s", f"a step lasts {shortest:g} s")
+    if dcm_gain is not None:
+        why = "an error is gone within a period then"
+        check_most("dcm_gain", dcm_gain, 1.0 / period, "1/s", why)
     check_number("double_support", double_support, 0.0, "-")
     if double_support > LONGEST_DOUBLE_SUPPORT:
         raise ParameterError(
             f"`double_support` of at most {LONGEST_DOUBLE_SUPPORT} of the step",
             f"{double_support}",
             "people walk with about 0.2",
+        )
+
+
+def check_leg(robot: Robot, gait: NominalGait) -> None:
+    """Refuse a leg that is late in every step of the gait, for a method that knows it.
+
+    Raises:
+        VelocityError: the leg is too slow.
+    """
+    swing, needed = robot.swing, 0.0
+    for axis in range(2):
+        stride = abs(gait.step(Side.RIGHT)[axis] + gait.step(Side.LEFT)[axis])
+        needed = max(needed, time_to(stride, 0.0, swing.max_speed, swing.max_acceleration))
+    if needed > gait.step_duration:
+        raise VelocityError(
+            f"a leg that swings in the {gait.step_duration:.3g} s of a step at {gait.velocity}",
+            f"one that takes {needed:.3g} s",
+            "walk more slowly, or give the leg its true speed and acceleration",
         )
 
 
@@ -142,6 +175,8 @@ def tracking_parameters(
     swing["descent"] = robot.swing.landing_velocity * flight
     swing["max_speed"], swing["period"] = robot.swing.max_speed, period
     swing["max_acceleration"] = robot.swing.max_acceleration
+    record["gate"] = gate_parameters(robot, period)[0]
+    swing["reach"] = record["gate"]["reach"]
     return parameters
 
 
@@ -178,6 +213,7 @@ def first_plan(gait: NominalGait, observation: Observation, state: NDArray[np.vo
     command["step_location"] = observation.support_foot + np.asarray(gait.step(side))
     command["step_duration"] = gait.step_duration
     command["swing_foot"] = observation.swing_foot
+    first_belief(observation, state)
 
 
 @dataclass(frozen=True)

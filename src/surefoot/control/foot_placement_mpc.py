@@ -21,7 +21,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from surefoot.checks import check_number
+from surefoot.checks import check_number, check_weights
+from surefoot.control.dcm_tracking import check_leg
 from surefoot.control.defaults import fill_in, filled
 from surefoot.control.receding_horizon import (
     Programs,
@@ -71,7 +72,7 @@ class FootPlacementMpc(RecedingHorizon):
         period: control period [s].
 
     Raises:
-        VelocityError: the velocity cannot be walked.
+        VelocityError: the velocity cannot be walked, or not on this leg.
         ParameterError: another argument is out of range.
         MissingExtraError: DAQP is not installed.
     """
@@ -98,7 +99,13 @@ class FootPlacementMpc(RecedingHorizon):
         check_number("zmp_weight", self.zmp_weight, 0.0, "1/m^2", above=True)
         check_number("step_weight", self.step_weight, 0.0, "1/m^2", above=True)
         check_optional(self.push_horizon, "push_horizon", "s")
+        check_weights(
+            velocity_weight=self.velocity_weight,
+            zmp_weight=self.zmp_weight,
+            step_weight=self.step_weight,
+        )
         gait = nominal_gait(self.robot, self.velocity, self.step_duration)
+        check_leg(self.robot, gait)
         object.__setattr__(self, "gait", gait)
         object.__setattr__(self, "velocity", gait.velocity)
         fill_in(

@@ -14,12 +14,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from surefoot.compiling import entry_point, njit
+from surefoot.control.belief import hold, look
 from surefoot.control.cycle import side_index
 from surefoot.control.dcm_tracking import (
     TRACKING_STATE,
     check_tracking,
     first_plan,
-    tracking_cycle,
+    track_step,
     tracking_parameters,
 )
 from surefoot.control.defaults import DCM_GAIN, fill_in, filled
@@ -37,11 +38,14 @@ from surefoot.planning.nominal_gait import NominalGait, nominal_gait
 @njit
 def _foothold_step(parameters, state, observation, next_state):
     """One cycle: that of tracking, with the row of the step that this observation is in."""
+    if look(parameters[0].gate, state[0], observation[0], next_state[0]):
+        hold(state[0], next_state[0])
+        return
     plan, count = state[0].plan, parameters.shape[0]
-    step = plan.steps + (1 if observation[0].support_side != plan.support_side else 0)
+    step = plan.steps + (1 if next_state[0].belief.seen.support_side != plan.support_side else 0)
     if step >= count:
         step = count - 2 + (step - count) % 2
-    tracking_cycle(parameters[step], state[0], observation[0], next_state[0])
+    track_step(parameters[step], state[0], next_state[0])
 
 
 @cache

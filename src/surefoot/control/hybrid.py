@@ -17,14 +17,10 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from surefoot.checks import check_number, check_pair
+from surefoot.checks import check_number, check_pair, check_weights
 from surefoot.compiling import entry_point, njit
-from surefoot.control.cycle import (
-    command_swing,
-    growth_since_touchdown,
-    is_usable,
-    side_index,
-)
+from surefoot.control.belief import BELIEF, hold, look, mark
+from surefoot.control.cycle import command_swing, growth_since_touchdown, side_index
 from surefoot.control.dcm_tracking import (
     check_tracking,
     first_plan,
@@ -43,7 +39,6 @@ from surefoot.control.tracking_law import (
     TRACKING,
     begin_plan,
     follow_plan,
-    hold,
     plan_landing,
     track,
 )
@@ -75,7 +70,9 @@ HYBRID = np.dtype(
 """Parameters: of tracking, the threshold [m], whether landings must be in reach of the leg, what
 steps of it can save, and the step problem of each support side."""
 
-HYBRID_STATE = np.dtype([("plan", PLAN), ("solution", STEP_SOLUTION), ("command", COMMAND)])
+HYBRID_STATE = np.dtype(
+    [("plan", PLAN), ("belief", BELIEF), ("solution", STEP_SOLUTION), ("command", COMMAND)]
+)
 
 _ADAPTING = int(Mode.ADAPTING)
 
@@ -116,12 +113,13 @@ def adapt(parameters, observation, growth, solution, command):
 def hybrid_cycle(parameters, state, observation, next_state):
     """One cycle of `HybridController` over records."""
     next_state.solution = state.solution
-    if not is_usable(observation):
-        hold(state, observation, next_state)
+    tracking = parameters.tracking
+    if look(tracking.gate, state, observation, next_state):
+        hold(state, next_state)
         return
     next_state.plan = state.plan
     plan, command = next_state.plan, next_state.command
-    tracking = parameters.tracking
+    observation = next_state.belief.seen
     growth = growth_since_touchdown(tracking.omega, observation.elapsed)
     new_step = observation.support_side != plan.support_side
     if new_step:
@@ -149,6 +147,7 @@ def hybrid_cycle(parameters, state, observation, next_state):
         new_step,
         command,
     )
+    mark(next_state)
 
 
 @njit
@@ -214,6 +213,12 @@ class HybridController:
             check_number("tau_weight", self.tau_weight, 0.0, "-")
         check_pair("offset_weight", self.offset_weight, 0.0, "1/m^2")
         check_number("offset_penalty", self.offset_penalty, 0.0, "1/m^2")
+        check_weights(
+            step_weight=self.step_weight,
+            tau_weight=self.tau_weight,
+            offset_weight=self.offset_weight,
+            offset_penalty=self.offset_penalty,
+        )
         gait = nominal_gait(self.robot, self.velocity, self.step_duration)
         object.__setattr__(self, "gait", gait)
         object.__setattr__(self, "velocity", gait.velocity)

@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from surefoot.checks import check_number
+from surefoot.checks import check_number, check_weights
 from surefoot.control.defaults import fill_in, filled
 from surefoot.control.receding_horizon import (
     Programs,
@@ -77,6 +77,7 @@ class LinearMpc(RecedingHorizon):
         check_receding(self.robot, self.period, self.solve_period, self.sample, self.samples)
         check_optional(self.velocity_weight, "velocity_weight", "s^2/m^2")
         check_number("zmp_weight", self.zmp_weight, 0.0, "1/m^2", above=True)
+        check_weights(velocity_weight=self.velocity_weight, zmp_weight=self.zmp_weight)
         gait = nominal_gait(self.robot, self.velocity, self.step_duration)
         object.__setattr__(self, "gait", gait)
         object.__setattr__(self, "velocity", gait.velocity)

@@ -24,9 +24,10 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from surefoot.checks import check_number
+from surefoot.checks import check_number, check_weights
 from surefoot.compiling import entry_point, njit
-from surefoot.control.cycle import command_swing, is_usable, side_index
+from surefoot.control.belief import first_belief, hold, look, mark
+from surefoot.control.cycle import command_swing, side_index
 from surefoot.control.dcm_tracking import (
     NO_GAIN,
     check_first,
@@ -44,7 +45,6 @@ from surefoot.control.preview_law import (
     regulate_plan,
     walk_plan,
 )
-from surefoot.control.tracking_law import hold
 from surefoot.errors import ParameterError
 from surefoot.models.footsteps import Side
 from surefoot.models.interfaces import OBSERVATION, Command, Mode, Observation, Status
@@ -73,11 +73,12 @@ _ZMP_AT_EDGE = int(Status.ZMP_AT_EDGE)
 @njit
 def preview_cycle(parameters, state, observation, next_state):
     """One cycle of `PreviewControl` over records."""
-    if not is_usable(observation):
-        hold(state, observation, next_state)
+    if look(parameters.gate, state, observation, next_state):
+        hold(state, next_state)
         return
     next_state.plan = state.plan
     plan, command = next_state.plan, next_state.command
+    observation = next_state.belief.seen
     yaw, foot = observation.support_yaw, observation.support_foot
     new_step = observation.support_side != plan.support_side
     if new_step:
@@ -117,6 +118,7 @@ def preview_cycle(parameters, state, observation, next_state):
         new_step,
         command,
     )
+    mark(next_state)
 
 
 @njit
@@ -231,6 +233,11 @@ class PreviewControl:
             )
         for weight, unit in zip(self.state_weight, ("1/m^2", "s^2/m^2", "s^4/m^2"), strict=True):
             check_number("state_weight", weight, 0.0, unit)
+        check_weights(
+            error_weight=self.error_weight,
+            state_weight=self.state_weight,
+            input_weight=self.input_weight,
+        )
         if self.preview is not None:
             check_number("preview", self.preview, self.period, "s")
         omega = self.robot.omega
@@ -268,7 +275,7 @@ class PreviewControl:
         for side in Side:
             parameters["step"][0, side_index.py_func(side)] = gait.step(side)
         tracking = tracking_parameters(robot, gait, NO_GAIN, True, 0.0, self.period)
-        parameters["swing"] = tracking["swing"]
+        parameters["swing"], parameters["gate"] = tracking["swing"], tracking["gate"]
         find_periodic_gait(parameters, gait)
         return parameters
 
@@ -306,6 +313,7 @@ class PreviewControl:
         command["step_location"] = observation.support_foot + parameters["step"][row]
         command["step_duration"] = parameters["step_duration"]
         command["swing_foot"] = observation.swing_foot
+        first_belief(observation, state)
         return state
 
     def step(

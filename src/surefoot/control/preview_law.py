@@ -8,7 +8,9 @@ from __future__ import annotations
 import numpy as np
 
 from surefoot.compiling import njit
+from surefoot.control.belief import BELIEF
 from surefoot.control.cycle import LAST_CYCLE, SWING, side_index
+from surefoot.control.plausibility import GATE
 from surefoot.control.tracking_law import EDGE_TOLERANCE
 from surefoot.models.interfaces import COMMAND
 from surefoot.models.lipm import com_flow
@@ -49,6 +51,7 @@ PREVIEW = np.dtype(
         ("step", "f8", (2, 2)),
         ("landing_yaw", "f8"),
         ("swing", SWING),
+        ("gate", GATE),
         ("start", PREVIEW_PLAN, (2,)),
         ("start_zmp", "f8", (2, 2)),
         ("end_offset", "f8", (2, 2)),
@@ -59,7 +62,7 @@ G_p(l) over l > n. By support side: the step vectors [m], the periodic plan at t
 that acted just before it, relative to the foot that stands then, and the DCM offset of the periodic
 gait at the end of the step [m]."""
 
-PREVIEW_STATE = np.dtype([("plan", PREVIEW_PLAN), ("command", COMMAND)])
+PREVIEW_STATE = np.dtype([("plan", PREVIEW_PLAN), ("belief", BELIEF), ("command", COMMAND)])
 
 
 @njit

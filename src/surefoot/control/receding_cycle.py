@@ -7,12 +7,8 @@ import math
 import numpy as np
 
 from surefoot.compiling import njit
-from surefoot.control.cycle import (
-    command_swing,
-    growth_since_touchdown,
-    is_usable,
-    side_index,
-)
+from surefoot.control.belief import BELIEF, PENDULUM, hold, look, mark
+from surefoot.control.cycle import command_swing, growth_since_touchdown, side_index
 from surefoot.control.push_observer import (
     OBSERVING,
     PUSH_OBSERVER,
@@ -24,12 +20,13 @@ from surefoot.control.tracking_law import (
     TRACKING,
     begin_plan,
     follow_plan,
-    hold,
+    keep_box,
     plan_landing,
 )
 from surefoot.models.interfaces import COMMAND, Mode, Status
 from surefoot.models.leg import furthest
 from surefoot.models.viable_displacement import NODES
+from surefoot.planning.support_polygon import nearest_under_foot
 
 MPC = np.dtype(
     [
@@ -75,6 +72,7 @@ offset there [m]; hip torque [N m]; time since touchdown at which the next progr
 MPC_STATE = np.dtype(
     [
         ("plan", PLAN),
+        ("belief", BELIEF),
         ("decision", DECISION),
         ("observer", PUSH_OBSERVER),
         ("command", COMMAND),
@@ -215,11 +213,12 @@ def prepare(
     parameters, state, observation = parameters[0], state[0], observation[0]
     following = next_state[0]
     following.decision = state.decision
-    if not is_usable(observation):
+    if look(parameters.tracking.gate, state, observation, following):
         following.observer = state.observer
         following.observer.seen = 0
-        hold(state, observation, following)
+        hold(state, following)
         return HELD, 0
+    observation = following.belief.seen
     following.plan = state.plan
     plan, decision, observer = following.plan, following.decision, following.observer
     observe_push(parameters.observing, state.observer, observation, observer)
@@ -231,7 +230,9 @@ def prepare(
     plan_landing(parameters.tracking, observation, plan)
     growth = growth_since_touchdown(parameters.tracking.omega, observation.elapsed)
     follow_plan(parameters.tracking, observation, growth, plan, following.command)
-    if not new_step and observation.elapsed < decision.until - DUE:
+    wait = decision.until - observation.elapsed
+    # Also a program that was put together while the clock was ahead is due.
+    if not new_step and DUE < wait <= parameters.solve_period + DUE:
         return KEEP, 0
     cycle = min(
         max(round(observation.elapsed / parameters.tracking.swing.period), 0), gain.shape[0] - 1
@@ -278,9 +279,23 @@ def _offset_at_landing(parameters, observation, deviation, solution, axis, cycle
 
 
 @njit
-def decide(parameters, observation, deviation, solution, cycle, solved, next_state):
+def _keep_under_sole(parameters, observation, cycle, solution):
+    """Move the ZMPs of this step into the sole as it is turned; the program has it straight."""
+    half, yaw = parameters.tracking.half_foot, observation.support_yaw
+    if yaw == 0.0:
+        return
+    side = float(observation.support_side)
+    node = math.floor(cycle * parameters.tracking.swing.period / parameters.sample + DUE)
+    for a in range(min(max(parameters.samples_per_step - node, 1), parameters.samples)):
+        x, y = nearest_under_foot(solution[0, a], side * solution[1, a], half[0], half[1], yaw)
+        solution[0, a], solution[1, a] = x, side * y
+
+
+@njit
+def decide(parameters, deviation, solution, cycle, solved, next_state):
     """Take the solution of the program into the state."""
-    parameters, observation = parameters[0], observation[0]
+    parameters, observation = parameters[0], next_state[0].belief.seen
+    _keep_under_sole(parameters, observation, cycle, solution)
     plan, decision = next_state[0].plan, next_state[0].decision
     node = math.floor(observation.elapsed / parameters.sample + DUE) + 1
     decision.until = min(observation.elapsed + parameters.solve_period, node * parameters.sample)
@@ -303,9 +318,9 @@ def decide(parameters, observation, deviation, solution, cycle, solved, next_sta
 
 
 @njit
-def act(parameters, state, observation, next_state):
+def act(parameters, state, next_state):
     """Write the command of what was decided."""
-    parameters, observation = parameters[0], observation[0]
+    parameters, observation = parameters[0], next_state[0].belief.seen
     plan, decision = next_state[0].plan, next_state[0].decision
     command = next_state[0].command
     adapted, acting = False, next_state[0].observer.zmp
@@ -320,8 +335,12 @@ def act(parameters, state, observation, next_state):
         acting[i] = command.zmp[i]
         if parameters.torque_per_shift > 0.0:
             acting[i] += decision.torque[i] / parameters.torque_per_shift
+    keep_box(parameters.tracking, observation, command)
     plan.adapting = 1 if adapted else 0
     remember(observation, acting, next_state[0].observer)
+    if next_state[0].belief.guessed & PENDULUM:
+        # Nothing pushes a pendulum that is only predicted.
+        next_state[0].observer.seen = 0
     command.mode = _ADAPTING if adapted else _TRACKING_MODE
     command.status, command.double_support = decision.status, 0
     if observation.elapsed > plan.step_duration + DUE:
@@ -337,3 +356,4 @@ def act(parameters, state, observation, next_state):
         decision.new_step != 0,
         command,
     )
+    mark(next_state[0])

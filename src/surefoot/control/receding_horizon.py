@@ -25,7 +25,7 @@ from surefoot.control.dcm_tracking import (
     first_plan,
     tracking_parameters,
 )
-from surefoot.control.defaults import again
+from surefoot.control.defaults import again, natural_length
 from surefoot.control.push_observer import observing
 from surefoot.control.receding_cycle import (
     DUE,
@@ -168,7 +168,8 @@ def receding_parameters(
     parameters["samples"] = samples
     parameters["unit"] = robot.com_height
     parameters["moved"] = MOVED * robot.com_height
-    parameters["observing"] = observing(robot.omega, period)
+    room = natural_length(robot, gait)
+    parameters["observing"] = observing(robot.omega, period, room)
     return parameters
 
 
@@ -225,9 +226,9 @@ def receding_step(
                 solution[i] = np.clip(answer, lower[i, :unknowns], upper[i, :unknowns]) * unit
             else:
                 solved = False
-        decide(parameters, observation.array, deviation, solution, cycle, solved, next_state)
+        decide(parameters, deviation, solution, cycle, solved, next_state)
     if task != HELD:
-        act(parameters, state, observation.array, next_state)
+        act(parameters, state, next_state)
     return Command.of(next_state["command"]), next_state
 
 

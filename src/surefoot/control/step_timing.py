@@ -19,7 +19,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from surefoot.checks import check_number, check_pair
+from surefoot.checks import check_number, check_pair, check_weights
 from surefoot.control.cycle import side_index
 from surefoot.control.dcm_tracking import (
     NO_GAIN,
@@ -85,6 +85,12 @@ class StepTiming:
             check_number("tau_weight", self.tau_weight, 0.0, "-")
         check_pair("offset_weight", self.offset_weight, 0.0, "1/m^2")
         check_number("offset_penalty", self.offset_penalty, 0.0, "1/m^2")
+        check_weights(
+            step_weight=self.step_weight,
+            tau_weight=self.tau_weight,
+            offset_weight=self.offset_weight,
+            offset_penalty=self.offset_penalty,
+        )
         gait = nominal_gait(self.robot, self.velocity, self.step_duration)
         object.__setattr__(self, "gait", gait)
         object.__setattr__(self, "velocity", gait.velocity)

@@ -17,10 +17,12 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from surefoot.checks import check_number, check_pair
+from surefoot.checks import check_number, check_pair, check_weights
 from surefoot.compiling import entry_point, njit
-from surefoot.control.cycle import command_swing, growth_since_touchdown, is_usable
+from surefoot.control.belief import BELIEF, hold, look, mark
+from surefoot.control.cycle import command_swing, growth_since_touchdown
 from surefoot.control.dcm_tracking import (
+    check_leg,
     check_tracking,
     first_plan,
     tracking_parameters,
@@ -38,7 +40,6 @@ from surefoot.control.tracking_law import (
     TRACKING,
     begin_plan,
     follow_plan,
-    hold,
     plan_landing,
     track,
 )
@@ -56,16 +57,24 @@ from surefoot.planning.step_sequence import (
     SequenceWeights,
     StepSequence,
 )
+from surefoot.planning.support_polygon import nearest_under_foot
 
 TIMING_NLP = np.dtype(
-    [("tracking", TRACKING), ("threshold", "f8"), ("solve_period", "f8"), ("longest", "f8")]
+    [
+        ("tracking", TRACKING),
+        ("threshold", "f8"),
+        ("solve_period", "f8"),
+        ("longest", "f8"),
+        ("zmp_reach", "f8", (2,)),
+    ]
 )
-"""Parameters: of tracking, the threshold [m], how often the steps are decided [s], and the longest
-duration of a step [s]."""
+"""Parameters: of tracking, the threshold [m], how often the steps are decided and how long a step
+may last [s], how far the ZMP moves in a decision [m]."""
 
 TIMING_NLP_STATE = np.dtype(
     [
         ("plan", PLAN),
+        ("belief", BELIEF),
         ("steps", PLANNED_STEPS),
         ("decided_at", "f8"),
         ("landing_time", "f8"),
@@ -128,9 +137,10 @@ def _remember(state, next_state):
 def begin_cycle(parameters, state, observation, next_state):
     """All of a cycle that tracks or holds; of one that adapts, what comes before the decision."""
     _remember(state, next_state)
-    if not is_usable(observation):
-        hold(state, observation, next_state)
+    if look(parameters.tracking.gate, state, observation, next_state):
+        hold(state, next_state)
         return
+    observation = next_state.belief.seen
     plan, command, tracking = next_state.plan, next_state.command, parameters.tracking
     new_step = observation.support_side != plan.support_side
     if new_step:
@@ -149,7 +159,7 @@ def begin_cycle(parameters, state, observation, next_state):
     if plan.adapting != 0:
         waited = observation.elapsed - next_state.decided_at
         # Half a cycle early rather than one late.
-        due = waited >= parameters.solve_period - 0.5 * tracking.swing.period
+        due = waited >= parameters.solve_period - 0.5 * tracking.swing.period or waited < 0.0
         next_state.due = DECIDE if due or next_state.known == 0 else CARRY_ON
         return
     next_state.known = 0
@@ -165,11 +175,25 @@ def begin_cycle(parameters, state, observation, next_state):
         new_step,
         command,
     )
+    mark(next_state)
 
 
 @njit
-def end_cycle(parameters, state, observation, next_state):
+def _keep_under_sole(parameters, observation, command):
+    """Move the ZMP into the sole as it is turned, and the offset at landing along."""
+    reach, foot = parameters.zmp_reach, observation.support_foot
+    away_x, away_y = command.zmp[0] - foot[0], command.zmp[1] - foot[1]
+    x, y = nearest_under_foot(away_x, away_y, reach[0], reach[1], observation.support_yaw)
+    growth = math.exp(parameters.tracking.omega * (command.step_duration - observation.elapsed))
+    command.zmp[0], command.zmp[1] = foot[0] + x, foot[1] + y
+    command.dcm_offset[0] += (x - away_x) * (1.0 - growth)
+    command.dcm_offset[1] += (y - away_y) * (1.0 - growth)
+
+
+@njit
+def end_cycle(parameters, state, next_state):
     """Command the first of the steps that were decided."""
+    observation = next_state.belief.seen
     command, steps, elapsed = next_state.command, next_state.steps, observation.elapsed
     side = observation.support_side
     command.mode, command.status, command.double_support = _ADAPTING, next_state.status, 0
@@ -182,6 +206,8 @@ def end_cycle(parameters, state, observation, next_state):
         command.zmp[i] = observation.support_foot[i] + sign * steps.zmp[0, i]
         command.step_location[i] = observation.support_foot[i] + sign * steps.step[0, i]
         command.dcm_offset[i] = sign * steps.offset[0, i]
+    if observation.support_yaw != 0.0:
+        _keep_under_sole(parameters, observation, command)
     command_swing(
         parameters.tracking.swing,
         observation,
@@ -192,6 +218,7 @@ def end_cycle(parameters, state, observation, next_state):
         side != state.plan.support_side,
         command,
     )
+    mark(next_state)
 
 
 @njit
@@ -200,14 +227,14 @@ def _begin(parameters, state, observation, next_state):
 
 
 @njit
-def _end(parameters, state, observation, next_state):
-    end_cycle(parameters[0], state[0], observation[0], next_state[0])
+def _end(parameters, state, next_state):
+    end_cycle(parameters[0], state[0], next_state[0])
 
 
 @cache
 def _compiled() -> tuple[Callable[..., None], Callable[..., None]]:
-    records = TIMING_NLP, TIMING_NLP_STATE, OBSERVATION, TIMING_NLP_STATE
-    return entry_point(_begin, *records), entry_point(_end, *records)
+    own, after = (TIMING_NLP, TIMING_NLP_STATE), TIMING_NLP_STATE
+    return entry_point(_begin, *own, OBSERVATION, after), entry_point(_end, *own, after)
 
 
 @dataclass(frozen=True)
@@ -240,7 +267,7 @@ class TimingNlp:
 
     Raises:
         MissingExtraError: CasADi is not installed.
-        VelocityError: the velocity cannot be walked.
+        VelocityError: the velocity cannot be walked, or not on this leg.
         ParameterError: another argument is out of range.
     """
 
@@ -270,6 +297,7 @@ class TimingNlp:
         check_tracking(self.robot, self.dcm_gain, 0.0, self.period)
         self._check_decision()
         gait = nominal_gait(self.robot, self.velocity, self.step_duration)
+        check_leg(self.robot, gait)
         object.__setattr__(self, "gait", gait)
         object.__setattr__(self, "velocity", gait.velocity)
         fill_in(
@@ -285,6 +313,7 @@ class TimingNlp:
         )
         parameters["threshold"], parameters["solve_period"] = self.threshold, self.solve_period
         parameters["longest"] = self.robot.gait.step_duration[1]
+        parameters["zmp_reach"] = self.zmp_share * np.array(self.robot.foot.half)
         object.__setattr__(self, "parameters", parameters)
         weights = SequenceWeights(
             self.step_weight,
@@ -323,6 +352,9 @@ class TimingNlp:
         if self.tau_weight is not None:
             check_number("tau_weight", self.tau_weight, 0.0, "-")
         check_number("offset_penalty", self.offset_penalty, 0.0, "1/m^2", above=True)
+        names = (name for name in self.__dataclass_fields__ if name.endswith("_weight"))
+        every = {name: getattr(self, name) for name in names}
+        check_weights(**every, offset_penalty=self.offset_penalty)
 
     @property
     def kernel(self) -> None:
@@ -353,16 +385,16 @@ class TimingNlp:
         begin(self.parameters, state, observation.array, next_state)
         due = next_state["due"][0]
         if due == DECIDE:
-            self._decide(observation, next_state)
+            self._decide(next_state)
         if due:
-            end(self.parameters, state, observation.array, next_state)
+            end(self.parameters, state, next_state)
         next_state["due"] = 0
         return Command.of(next_state["command"]), next_state
 
-    def _decide(self, observation: Observation, next_state: NDArray[np.void]) -> None:
+    def _decide(self, next_state: NDArray[np.void]) -> None:
         """Write the next steps into the state; without an answer, those that were known go on."""
-        seen, side = observation.array[0], observation.support_side
-        elapsed = float(seen["elapsed"])
+        seen = next_state["belief"]["seen"][0]
+        side, elapsed = Side(int(seen["support_side"])), float(seen["elapsed"])
         guess = self.sequence.nominal(side, elapsed)
         if next_state["known"][0]:
             guess = next_state["steps"].copy()

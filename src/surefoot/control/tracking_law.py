@@ -11,6 +11,7 @@ import numpy as np
 
 from surefoot.compiling import njit
 from surefoot.control.cycle import SWING, side_index
+from surefoot.control.plausibility import GATE
 from surefoot.models.interfaces import Mode, Status
 from surefoot.models.plane import length
 from surefoot.planning.dcm_plan import planned_dcm
@@ -30,6 +31,7 @@ TRACKING = np.dtype(
         ("step_min", "f8", (2, 2)),
         ("step_max", "f8", (2, 2)),
         ("swing", SWING),
+        ("gate", GATE),
     ],
 )
 """Parameters of tracking; the first index of a table is the support side, see `side_index`."""
@@ -64,27 +66,6 @@ EDGE_TOLERANCE = 1e-11
 
 _TRACKING_MODE = int(Mode.TRACKING)
 _ZMP_AT_EDGE = int(Status.ZMP_AT_EDGE)
-_HELD = int(Status.HELD)
-
-
-@njit
-def hold(state, observation, next_state):
-    """The answer to an observation that cannot be used: the last command again, and say so.
-
-    If it is known at least that another foot stands now, and where, the last command is not safe
-    any more: then the ZMP goes under that foot and the other one stays where it is.
-    """
-    next_state.plan = state.plan
-    next_state.command = state.command
-    command, foot, swing = next_state.command, observation.support_foot, observation.swing_foot
-    command.status = _HELD
-    landed = abs(observation.support_side) == 1
-    landed = landed and observation.support_side != state.plan.support_side
-    if landed and math.isfinite(foot[0] + foot[1] + swing[0] + swing[1] + swing[2]):
-        command.zmp[0], command.zmp[1] = foot[0], foot[1]
-        for i in range(3):
-            command.swing_foot[i] = swing[i]
-            command.swing_foot_velocity[i] = command.swing_foot_acceleration[i] = 0.0
 
 
 @njit
@@ -127,6 +108,19 @@ def plan_landing(tracking, observation, plan):
     shared = plan.closing_before > 0.0
     if shared and observation.elapsed >= plan.step_duration - plan.closing_before:
         plan.closing = 1
+
+
+@njit(forceinline=True)
+def keep_box(tracking, observation, command):
+    """Move the landing into the box of steps; a leg that comes short of it there is UNREACHABLE."""
+    row = side_index(observation.support_side)
+    for i in range(2):
+        foot = observation.support_foot[i]
+        step = command.step_location[i] - foot
+        if step < tracking.step_min[row, i]:
+            command.step_location[i] = foot + tracking.step_min[row, i]
+        elif step > tracking.step_max[row, i]:
+            command.step_location[i] = foot + tracking.step_max[row, i]
 
 
 @njit(forceinline=True)

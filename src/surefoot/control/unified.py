@@ -17,17 +17,19 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from surefoot.checks import check_number, check_pair
+from surefoot.checks import check_number, check_pair, check_weights
 from surefoot.compiling import entry_point, njit
-from surefoot.control.cycle import command_swing, growth_since_touchdown, is_usable
-from surefoot.control.defaults import DCM_GAIN, again, fill_in, filled
+from surefoot.control.belief import PENDULUM, hold, look, mark
+from surefoot.control.cycle import command_swing, growth_since_touchdown
 from surefoot.control.dcm_tracking import (
+    check_leg,
     check_tracking,
     first_plan,
     tracking_parameters,
 )
+from surefoot.control.defaults import DCM_GAIN, again, fill_in, filled
 from surefoot.control.push_observer import observe_push, observing, remember
-from surefoot.control.tracking_law import begin_plan, follow_plan, hold, plan_landing
+from surefoot.control.tracking_law import begin_plan, follow_plan, keep_box, plan_landing
 from surefoot.control.unified_law import (
     UNIFIED,
     UNIFIED_STATE,
@@ -35,17 +37,14 @@ from surefoot.control.unified_law import (
     command_landing,
     place_zmp,
 )
-from surefoot.errors import VelocityError
 from surefoot.models.footsteps import Side
 from surefoot.models.interfaces import OBSERVATION, Command, Observation
-from surefoot.models.leg import time_to
 from surefoot.models.record import copy_array, new_array
 from surefoot.models.robot import Robot
 from surefoot.planning.anticipation import keep_way_back, margin
 from surefoot.planning.landing import decide_landing
 from surefoot.planning.landing_problem import DECISION, Decision, landing_parameters
 from surefoot.planning.nominal_gait import NominalGait, gait_room, nominal_gait
-
 
 RESERVE, COMFORT = 0.025, 0.03
 """Default reserve and comfort, as fractions of the height of the CoM."""
@@ -58,11 +57,12 @@ shows after two."""
 @njit
 def unified_cycle(parameters, state, observation, next_state):
     """One cycle of `UnifiedController` over records."""
-    if not is_usable(observation):
+    if look(parameters.tracking.gate, state, observation, next_state):
         next_state.observer, next_state.decision = state.observer, state.decision
         next_state.situation, next_state.observer.seen = state.situation, 0
-        hold(state, observation, next_state)
+        hold(state, next_state)
         return
+    observation = next_state.belief.seen
     next_state.plan = state.plan
     plan, command = next_state.plan, next_state.command
     tracking, landing = parameters.tracking, parameters.landing
@@ -82,8 +82,12 @@ def unified_cycle(parameters, state, observation, next_state):
     if landing.max_speed < math.inf or landing.max_acceleration < math.inf:
         keep_way_back(landing, situation, decision)
     command_landing(landing, observation, plan, decision, command)
+    keep_box(tracking, observation, command)
     place_zmp(parameters, observation, situation, decision, command)
     remember(observation, command.zmp, observer)
+    if next_state.belief.guessed & PENDULUM:
+        # Nothing pushes a pendulum that is only predicted.
+        observer.seen = 0
     command_swing(
         tracking.swing,
         observation,
@@ -94,6 +98,7 @@ def unified_cycle(parameters, state, observation, next_state):
         new_step,
         command,
     )
+    mark(next_state)
 
 
 @njit
@@ -179,10 +184,15 @@ class UnifiedController:
         check_number("tau_weight", self.tau_weight, 0.0, "-", above=True)
         check_pair("step_weight", self.step_weight, 0.0, "-")
         check_pair("offset_weight", self.offset_weight, 0.0, "-")
+        check_weights(
+            step_weight=self.step_weight,
+            tau_weight=self.tau_weight,
+            offset_weight=self.offset_weight,
+        )
         gait = nominal_gait(self.robot, self.velocity, self.step_duration)
         object.__setattr__(self, "gait", gait)
         object.__setattr__(self, "velocity", gait.velocity)
-        self._check_leg()
+        check_leg(self.robot, gait)
         reach = np.array(self.robot.foot.half) if self.ankle else np.zeros(2)
         room = gait_room(self.robot, gait, (reach[0], reach[1]))
         parameters = new_array(UNIFIED)
@@ -195,24 +205,6 @@ class UnifiedController:
         parameters["commitment"] = self.commitment
         object.__setattr__(self, "parameters", parameters)
         _compiled()  # Now rather than in the first control cycle.
-
-    def _check_leg(self) -> None:
-        """Refuse a leg that is late in every step of the gait.
-
-        Raises:
-            VelocityError: the leg is too slow.
-        """
-        gait, swing = self.gait, self.robot.swing
-        needed = 0.0
-        for axis in range(2):
-            stride = abs(gait.step(Side.RIGHT)[axis] + gait.step(Side.LEFT)[axis])
-            needed = max(needed, time_to(stride, 0.0, swing.max_speed, swing.max_acceleration))
-        if needed > gait.step_duration:
-            raise VelocityError(
-                f"a leg that swings in the {gait.step_duration:.3g} s of a step at {gait.velocity}",
-                f"one that takes {needed:.3g} s",
-                "walk more slowly, or give the leg its true speed and acceleration",
-            )
 
     def _landing(self, reach: NDArray[np.float64], room: float) -> NDArray[np.void]:
         """The `LANDING` record.

@@ -10,6 +10,7 @@ import math
 import numpy as np
 
 from surefoot.compiling import njit
+from surefoot.control.belief import BELIEF
 from surefoot.control.cycle import LARGEST_EXPONENT
 from surefoot.control.push_observer import OBSERVING, PUSH_OBSERVER
 from surefoot.control.tracking_law import PLAN, TRACKING
@@ -34,6 +35,7 @@ soon before a landing its time can still be brought forward [s]."""
 UNIFIED_STATE = np.dtype(
     [
         ("plan", PLAN),
+        ("belief", BELIEF),
         ("observer", PUSH_OBSERVER),
         ("situation", SITUATION),
         ("decision", DECISION),

@@ -78,7 +78,8 @@ class Status(IntFlag):
     ZMP_AT_EDGE = 16
     """The ZMP that tracking asks for lies outside the foot and was projected into it."""
     HELD = 32
-    """The observation holds a NaN or an infinity: the last safe command is repeated."""
+    """Some of the observation cannot be true: first the last safe command stands, then the method
+    decides on what its model predicts instead. The landing is relative to the foot believed in."""
     NOT_CONVERGED = 64
     """A numerical solver gave no answer in time: see the controller for what it does instead."""
 
@@ -87,7 +88,7 @@ class Observation(Record):
     """What a controller is told in every cycle.
 
     Args:
-        time: now [s].
+        time: now, of any epoch: only differences count [s].
         elapsed: since the last touchdown [s].
         com: centre of mass (x, y) [m].
         com_velocity: its velocity (x, y) [m/s].

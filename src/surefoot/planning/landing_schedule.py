@@ -201,6 +201,25 @@ def even_steps(robot: Robot) -> NDArray[np.float64]:
     return tables
 
 
+@lru_cache(maxsize=16)
+def evenly_timed(robot: Robot, period: float) -> NDArray[np.float64]:
+    """What steps are worth that all last as long, like `ViableDisplacement.values` [m].
+
+    Args:
+        robot: whose limits hold, but for those of the step duration.
+        period: from landing to landing [s].
+
+    Raises:
+        RobotError: the leg is too slow to step at all.
+    """
+    own = viable_displacement(robot)
+    tables = np.zeros((1, *own.values.shape))
+    times = np.array([period])
+    _even_steps(np.array(own.low), np.array(own.spacing), leg_numbers(own), times, tables)
+    tables.flags.writeable = False
+    return tables[0]
+
+
 def leg_numbers(tables: ViableDisplacement) -> NDArray[np.float64]:
     """The leg as the kernels take it: V [m/s], A [m/s^2], omega [1/s], T_min, T_max [s]."""
     return np.array(
