@@ -13,6 +13,7 @@ from surefoot.errors import ParameterError
 
 if TYPE_CHECKING:
     from surefoot.control.body_control import BodyControl
+    from surefoot.models.multibody import Multibody
     from surefoot.models.pushes import Push
     from surefoot.models.steering import Steering
     from surefoot.simulation.body_noise import BodyNoise
@@ -66,15 +67,21 @@ class World:
             self.friction, self.payload, 1.0 + self.mass_error, self.bumps, self.seed
         )
 
-    def noise(self) -> BodyNoise:
-        """What the sensors do.
+    def check_noise(self) -> None:
+        """Refuse what no sensor does, before any robot is loaded.
 
         Raises:
             ParameterError: a value is out of range.
         """
         from surefoot.simulation.body_noise import BodyNoise
 
-        return BodyNoise(delay=self.delay, seed=self.seed)
+        BodyNoise(delay=self.delay, seed=self.seed)
+
+    def noise(self, multibody: Multibody) -> BodyNoise:
+        """What the sensors of a robot do."""
+        from surefoot.simulation.body_noise import BodyNoise
+
+        return BodyNoise.of(multibody, delay=self.delay, seed=self.seed)
 
 
 @dataclass(frozen=True)
@@ -134,7 +141,7 @@ def walk_body(walk: BodyWalk, as_json: bool) -> None:
     # What is wrong in these is told at once, not after a minute of compiling.
     route_of(walk)
     walk.world.surroundings()
-    walk.world.noise()
+    walk.world.check_noise()
     with compiling_notice(8.0, "a minute"):
         control = make_control(walk)
         # What a walk compiles, it compiles in its first cycles.
@@ -207,7 +214,7 @@ def _simulate(walk: BodyWalk, control: BodyControl) -> Rollout:
         walk.pushes,
         steering=route_of(walk),
         surroundings=walk.world.surroundings(),
-        noise=None if walk.truth else walk.world.noise(),
+        noise=None if walk.truth else walk.world.noise(control.multibody),
         estimator=TRUTH if walk.truth else None,
     )
 

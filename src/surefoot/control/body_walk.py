@@ -58,6 +58,9 @@ BODY_LIMITS = np.dtype(
         ("ankle", "f8"),
         ("hip_over_com", "f8"),
         ("hip_ahead", "f8"),
+        ("settle_time", "f8"),
+        ("shift_time", "f8"),
+        ("furthest", "f8"),
         ("most_drop", "f8"),
         ("stiffness", "f8"),
         ("most_acceleration", "f8"),
@@ -70,18 +73,24 @@ BODY_LIMITS = np.dtype(
         ("step_duration", "f8"),
         ("apart", "f8"),
         ("braking", "f8"),
+        ("soon_down", "f8"),
+        ("least_rise", "f8"),
+        ("least_flight", "f8"),
     ],
 )
 """Natural frequency of the controller [1/s], height of the CoM and distance of the hips [m]; leg
 from hip to ankle at its longest, height of the ankle over the sole, middle of the hips over and
-ahead of the CoM, how far the CoM may sink [m]; stiffness of its height [1/s^2], largest vertical
+ahead of the CoM [m]; standing before the first step, and moving the DCM there [s]; how far the
+course goes ahead, and the CoM may sink [m]; stiffness of its height [1/s^2], largest vertical
 acceleration [m/s^2]; force that tells a landing [N]; speed of a foot that waits for the ground
 [m/s]; mass [kg]; control period [s]; apex of the foot [m], its speed at landing [m/s] and how long
 a step lasts in which it gets there [s]; least distance of the soles across [m], and how hard the
-foot can brake before it [m/s^2]."""
+foot can brake before it [m/s^2]; a sole that is higher cannot be landing [m]; nothing is to be
+reached sooner, and no sole lands that left the ground so shortly before [s]."""
 
-SOON_DOWN = 0.03
-"""A sole that is higher than this cannot be landing [m]."""
+SOON_DOWN = 0.6
+"""Part of its apex above which a sole cannot be landing: a floor that comes up to meet it is no
+higher."""
 
 RISE = 0.45
 """Part of a step in which the foot rises."""
@@ -89,15 +98,13 @@ RISE = 0.45
 NEARLY = 0.8
 """Part of the apex that counts as reached."""
 
-LEAST_RISE = 0.03
-"""Nothing is to be reached sooner [s]."""
+LEAST_RISE, LEAST_FLIGHT = 0.15, 0.3
+"""Parts of the shortest step: before the first nothing is to be reached, and before the second a
+sole that has left the ground does not land."""
 
 SURE = 3.0
 """Forces in a row that tell a landing must add up to this many of the smallest: one that is weak is
 noise, one that is strong is not waited for."""
-
-LEAST_FLIGHT = 0.06
-"""A sole that has just left the ground is not landing [s]."""
 
 
 @njit
@@ -157,9 +164,9 @@ def _has_landed(limits, walk, command, motion, forces):
     """Whether the swinging foot is on the ground: early, in time or late."""
     swing = 1 - walk.support
     elapsed = walk.now - walk.began
-    if elapsed < LEAST_FLIGHT or elapsed < 0.5 * command.step_duration:
+    if elapsed < limits.least_flight or elapsed < 0.5 * command.step_duration:
         return False
-    low = motion.sole_position[swing, 2] - motion.sole_position[walk.support, 2] < SOON_DOWN
+    low = motion.sole_position[swing, 2] - motion.sole_position[walk.support, 2] < limits.soon_down
     touches = low and forces[swing] > limits.touch_force
     walk.touched = walk.touched + forces[swing] if touches else 0.0
     return walk.touched >= SURE * limits.touch_force
@@ -199,7 +206,7 @@ def _swing_height(limits, walk, duration):
     z, v, a = walk.swing_foot[2], walk.swing_foot_velocity[2], walk.swing_foot_acceleration[2]
     part = min(duration / limits.step_duration, 1.0)
     top, end, final = RISE * duration, limits.apex * part * part, 0.0
-    if top - elapsed < LEAST_RISE or z > NEARLY * end:
+    if top - elapsed < limits.least_rise or z > NEARLY * end:
         top, end, final = duration, 0.0, -limits.landing_velocity
     left = top - elapsed
     if left > period:

@@ -13,6 +13,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cache
+from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
@@ -37,6 +38,7 @@ from surefoot.models.joint_filter import JOINT, correct_joint, predict_joint
 from surefoot.models.leg_kinematics import LINK, SOLES, find_soles, leg_links
 from surefoot.models.lipm import STANDARD_GRAVITY
 from surefoot.models.multibody import Multibody
+from surefoot.models.own_units import OwnUnits
 from surefoot.models.quaternion import rotation_matrix, turned
 from surefoot.models.record import copy_array, new_array
 
@@ -59,6 +61,33 @@ TOUCH = 0.06
 """Part of its load from which on a swinging sole meets the ground: joints are jolted before it is
 believed to stand."""
 
+FORCE_PART = 0.003
+"""Standard deviation of the force on a sole, of the weight: load cells are chosen for the robot that
+they carry, and are as exact as that part of their range."""
+
+NOT_NOISE, SURE = 3.0, 3.0
+"""A force counts that is more than so many standard deviations, from when on those in a row add up
+to `SURE` times that. Noise alone does it in 1 cycle of 4e8, the third power of 0.00135, or rarer:
+once in four days of a loop of 1 kHz. A ninefold one is believed at once, a fourfold in 3 cycles."""
+
+SETTLING = 0.105
+"""Within which a foot comes to rest after touchdown, but for 1 / e of its motion, in 1 / omega."""
+
+_OWN = MappingProxyType(
+    {
+        "surprise": ("rad/s^2", 0.408),
+        "landing_surprise": ("rad/s^2", 4.89),
+        "slip": ("m/s^0.5", 3.34e-4),
+        "light_slip": ("m/s^0.5", 0.2),
+        "landing_slip": ("m/s^0.5", 0.0668),
+        "twist": ("rad/s^0.5", 1.07e-4),
+        "swing_twist": ("rad/s^0.5", 0.0107),
+        "floor": ("m", 0.0125),
+        "force": ("N", FORCE_PART),
+    }
+)
+"""Units of the parameters that follow from the robot, and their defaults in `OwnUnits`."""
+
 BIAS_WALK = 1e-5
 """How a gyroscope's offset wanders [rad/s^1.5]."""
 
@@ -73,6 +102,7 @@ _NOISE = {
     "twist": "twist",
     "swing_twist": "swing_twist",
     "floor": "floor",
+    "force": "force",
     "period": "period",
 }
 """Fields of `BASE_NOISE` by the parameters they are."""
@@ -83,16 +113,9 @@ _UNITS = {
     "gyro": "rad/s",
     "accelerometer": "m/s^2",
     "gyro_bias": "rad/s",
-    "surprise": "rad/s^2",
-    "landing_surprise": "rad/s^2",
-    "slip": "m/s^0.5",
-    "light_slip": "m/s^0.5",
-    "landing_slip": "m/s^0.5",
-    "twist": "rad/s^0.5",
-    "swing_twist": "rad/s^0.5",
-    "floor": "m",
     "period": "s",
 }
+"""Of the parameters that a sensor or the loop has, whoever's they are."""
 
 
 class BodySenses(NamedTuple):
@@ -169,6 +192,17 @@ def _filter_base(settings, base, links, angles, gyro, accelerometer, force, feet
 
 
 @njit
+def _weigh(noise, base, force):
+    """The force on each sole that noise does not explain; a reading that is not finite is held."""
+    least = NOT_NOISE * noise.force
+    for foot in range(2):
+        if math.isfinite(force[foot]):
+            more = base.evidence[foot] + force[foot] if force[foot] > least else 0.0
+            base.evidence[foot] = min(more, SURE * least)
+            base.load[foot] = force[foot] if more >= SURE * least else 0.0
+
+
+@njit
 def _write(base, joints, qpos, qvel):
     for i in range(3):
         qpos[i], qvel[i], qvel[3 + i] = base.position[i], base.velocity[i], base.turning[i]
@@ -206,10 +240,13 @@ def _estimate(
     # The oldest of the ring led to these senses, the others have acted since.
     oldest = (now + 1) % ring * size
     past = expected[oldest : oldest + size]
+    _weigh(settings[0].base, base[0], force)
     _filter_base(settings[0], base[0], links, angles, gyro, accelerometer, force, feet, past)
-    noise, fresh = settings[0], max(landing(base[0], 0), landing(base[0], 1))
+    noise, fresh = settings[0], 0.0
     for foot in range(2):
-        if feet[foot] == 0 and force[foot] > TOUCH * noise.base.load:
+        fresh = max(fresh, landing(base[0], noise.base, foot))
+    for foot in range(2):
+        if feet[foot] == 0 and base[0].load[foot] > TOUCH * noise.base.load:
             fresh = 1.0
     surprise = math.sqrt(noise.surprise**2 + (fresh * noise.landing_surprise) ** 2)
     for k in range(joints.shape[0]):
@@ -283,6 +320,10 @@ class BodyEstimator:
     It is a value like a controller: what it remembers goes through `step`. In the world's frame it
     starts between its feet, on the floor, heading along x.
 
+    Encoders, tachometers and inertial units are the same parts in every robot, so their noise does
+    not follow from it. What is None does: it is said in `OwnUnits`, of the height h of the CoM and
+    of omega.
+
     Args:
         multibody: the robot's mechanism.
         encoder: standard deviation of a joint's angle [rad].
@@ -290,14 +331,17 @@ class BodyEstimator:
         gyro: likewise of the angular velocity [rad/s].
         accelerometer: likewise of the acceleration [m/s^2].
         gyro_bias: likewise of the gyroscope's constant offset, which is estimated [rad/s].
-        surprise: how wrong expected joint accelerations are, likewise [rad/s^2].
-        landing_surprise: what is added to it at touchdown, and fades [rad/s^2].
-        slip: random walk of a standing sole [m/s^0.5].
-        light_slip: what is added to it when no weight is on the sole [m/s^0.5].
-        landing_slip: what is added to it at touchdown, and fades [m/s^0.5].
-        twist: random walk of a sole's heading while both stand [rad/s^0.5].
-        swing_twist: what is added to it while the other leg swings [rad/s^0.5].
-        floor: how uneven the floor is where a foot lands, standard deviation [m].
+        surprise: how wrong expected joint accelerations are, likewise; 0.408 omega^2 [rad/s^2].
+        landing_surprise: what is added to it at touchdown, and fades; 4.89 omega^2 [rad/s^2].
+        slip: random walk of a standing sole; 3.34e-4 h sqrt(omega) [m/s^0.5].
+        light_slip: what is added to it when no weight is on the sole; 0.2 h sqrt(omega)
+            [m/s^0.5].
+        landing_slip: what is added to it at touchdown, and fades; 0.0668 h sqrt(omega) [m/s^0.5].
+        twist: random walk of a sole's heading while both stand; 1.07e-4 sqrt(omega) [rad/s^0.5].
+        swing_twist: what is added to it while the other leg swings; 0.0107 sqrt(omega)
+            [rad/s^0.5].
+        floor: how uneven the floor is where a foot lands, standard deviation; h / 80 [m].
+        force: standard deviation of the force on a sole; 0.3 % of the weight [N].
         delay: age of the senses, a whole number of periods; 0 predicts nothing [s].
         period: control period [s].
 
@@ -311,14 +355,15 @@ class BodyEstimator:
     gyro: float = 0.005
     accelerometer: float = 0.1
     gyro_bias: float = 0.005
-    surprise: float = 5.0
-    landing_surprise: float = 60.0
-    slip: float = 0.0005
-    light_slip: float = 0.3
-    landing_slip: float = 0.1
-    twist: float = 0.0002
-    swing_twist: float = 0.02
-    floor: float = 0.01
+    surprise: float | None = None
+    landing_surprise: float | None = None
+    slip: float | None = None
+    light_slip: float | None = None
+    landing_slip: float | None = None
+    twist: float | None = None
+    swing_twist: float | None = None
+    floor: float | None = None
+    force: float | None = None
     delay: float = 0.0
     period: float = 0.001
     settings: NDArray[np.void] = field(init=False, repr=False, compare=False)
@@ -327,12 +372,16 @@ class BodyEstimator:
     def __post_init__(self) -> None:
         for name, unit in _UNITS.items():
             check_number(name, getattr(self, name), 0.0, unit, above=True)
+        units = OwnUnits.of(self.multibody.robot)
+        for name, value in units.fill(self, _OWN).items():
+            check_number(name, value, 0.0, _OWN[name][0], above=name != "force")
         settings = new_array(SETTINGS)
         for name, source in _NOISE.items():
             settings["base"][name] = getattr(self, source)
         settings["base"]["bias_walk"] = BIAS_WALK
         weight = self.multibody.mass * STANDARD_GRAVITY
         settings["base"]["load"] = 0.5 * weight
+        settings["base"]["settling"] = SETTLING * units.time
         for name in ("rate", "surprise", "landing_surprise"):
             settings[name] = getattr(self, name)
         settings["delay"] = whole_cycles(self.delay, self.period)

@@ -11,7 +11,7 @@ from typing import Any
 from msgspec import to_builtins
 
 from surefoot.checks import check_number, check_pair
-from surefoot.control.body_gait import PARAMETERS, body_controller
+from surefoot.control.body_gait import body_controller, body_parameters
 from surefoot.control.fixed_landing import fixed_place, fixed_timing
 from surefoot.control.methods import method
 from surefoot.errors import ParameterError
@@ -68,13 +68,17 @@ BODY_METHODS = (
         "unified-fixed-timing",
         "unified, timing fixed",
         "ZMP, step location",
-        lambda robot, velocity: fixed_timing(robot, velocity, **PARAMETERS["unified"]),
+        lambda robot, velocity: fixed_timing(
+            robot, velocity, **body_parameters("unified", robot)
+        ),
     ),
     BodyMethod(
         "unified-fixed-place",
         "unified, place fixed",
         "ZMP, timing",
-        lambda robot, velocity: fixed_place(robot, velocity, **PARAMETERS["unified"]),
+        lambda robot, velocity: fixed_place(
+            robot, velocity, **body_parameters("unified", robot)
+        ),
     ),
     _published("unified"),
 )
