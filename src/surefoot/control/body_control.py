@@ -18,6 +18,7 @@ from surefoot.checks import check_number
 from surefoot.control.body_walk import (
     BODY_LIMITS,
     BODY_WALK,
+    DOWN,
     LEAST_FLIGHT,
     LEAST_RISE,
     SHIFT,
@@ -179,6 +180,7 @@ class BodyControl:
             ("braking", min(robot.swing.max_acceleration, MOST_BRAKING * robot.gravity)),
             ("touch_force", TOUCH_FORCE * multibody.mass * robot.gravity),
             ("soon_down", SOON_DOWN * robot.swing.height),
+            ("down", DOWN * robot.swing.height),
             ("least_rise", LEAST_RISE * shortest),
             ("least_flight", LEAST_FLIGHT * shortest),
         ):

@@ -36,6 +36,7 @@ BODY_WALK = np.dtype(
         ("now", "f8"),
         ("landed", "i8"),
         ("touched", "f8"),
+        ("touches", "i8"),
         ("heading", "f8"),
         ("swing_foot", "f8", (3,)),
         ("swing_foot_velocity", "f8", (3,)),
@@ -45,8 +46,8 @@ BODY_WALK = np.dtype(
     ],
 )
 """Phase; 0 or 1 for the left or right foot on the ground; steps done; when phase or step began, and
-now [s]; whether the swinging foot has just landed, and the sum of its forces since it touched the
-ground [N]; heading of the controller's frame [rad]; reference of the swinging sole in the world,
+now [s]; whether the swinging foot has just landed, the sum of its forces since it touched the
+ground [N] and in how many cycles it did; heading of the controller's frame [rad]; reference of the swinging sole in the world,
 now [m, rad]."""
 
 BODY_LIMITS = np.dtype(
@@ -74,6 +75,7 @@ BODY_LIMITS = np.dtype(
         ("apart", "f8"),
         ("braking", "f8"),
         ("soon_down", "f8"),
+        ("down", "f8"),
         ("least_rise", "f8"),
         ("least_flight", "f8"),
     ],
@@ -85,7 +87,8 @@ course goes ahead, and the CoM may sink [m]; stiffness of its height [1/s^2], la
 acceleration [m/s^2]; force that tells a landing [N]; speed of a foot that waits for the ground
 [m/s]; mass [kg]; control period [s]; apex of the foot [m], its speed at landing [m/s] and how long
 a step lasts in which it gets there [s]; least distance of the soles across [m], and how hard the
-foot can brake before it [m/s^2]; a sole that is higher cannot be landing [m]; nothing is to be
+foot can brake before it [m/s^2]; a sole that is higher cannot be landing, and one
+that is lower is about to [m]; nothing is to be
 reached sooner, and no sole lands that left the ground so shortly before [s]."""
 
 SOON_DOWN = 0.6
@@ -97,6 +100,10 @@ RISE = 0.45
 
 NEARLY = 0.8
 """Part of the apex that counts as reached."""
+
+DOWN, UNEXPECTED = 0.2, 5
+"""Part of its apex below which a sole is about to land. Higher up, on a bump, it must touch for so
+many cycles in a row: a force for a few of them may be the fault of a sensor."""
 
 LEAST_RISE, LEAST_FLIGHT = 0.15, 0.3
 """Parts of the shortest step: before the first nothing is to be reached, and before the second a
@@ -166,10 +173,14 @@ def _has_landed(limits, walk, command, motion, forces):
     elapsed = walk.now - walk.began
     if elapsed < limits.least_flight or elapsed < 0.5 * command.step_duration:
         return False
-    low = motion.sole_position[swing, 2] - motion.sole_position[walk.support, 2] < limits.soon_down
-    touches = low and forces[swing] > limits.touch_force
-    walk.touched = walk.touched + forces[swing] if touches else 0.0
-    return walk.touched >= SURE * limits.touch_force
+    height = motion.sole_position[swing, 2] - motion.sole_position[walk.support, 2]
+    if not (height < limits.soon_down and forces[swing] > limits.touch_force):
+        walk.touched, walk.touches = 0.0, 0
+        return False
+    walk.touched += forces[swing]
+    walk.touches += 1
+    expected = height < limits.down or walk.touches >= UNEXPECTED
+    return expected and walk.touched >= SURE * limits.touch_force
 
 
 @njit
@@ -184,7 +195,8 @@ def _look(limits, walk, motion, command, forces, observation):
 def _begin_step(walk, support, motion):
     """The other foot carries: its fellow leaves the ground from where it is."""
     swing = 1 - support
-    walk.support, walk.began, walk.touched = support, walk.now, 0.0
+    walk.support, walk.began = support, walk.now
+    walk.touched, walk.touches = 0.0, 0
     walk.steps += 1
     for i in range(3):
         walk.swing_foot[i] = motion.sole_position[swing, i]

@@ -48,6 +48,8 @@ BASE = np.dtype(
         ("standing", "f8", (2,)),
         ("load", "f8", (2,)),
         ("evidence", "f8", (2,)),
+        ("withheld", "f8", (2, 3)),
+        ("doubts", "i8", (4,)),
         ("covariance", "f8", (ERRORS, ERRORS)),
         ("cycles", "i8"),
     ]
@@ -55,7 +57,9 @@ BASE = np.dtype(
 """Quaternion; velocity [m/s], position [m], soles [m] and their headings [rad] in the world; offset
 of the gyroscope and angular velocity in the frame of the base [rad/s]; for how long each sole has
 stood, 0 if it does not [s]; force on each sole that noise does not explain, and the sum of its
-readings in a row that are not noise by themselves [N]; covariance of the errors; how many cycles there were."""
+readings in a row that are not noise by themselves [N]; sums of what gyroscope and accelerometer
+said in readings in a row that were not believed, over what was expected [rad/s, m/s^2], and how many
+there were: of gyroscope, accelerometer, left and right sole; covariance of the errors; how many cycles there were."""
 
 BASE_NOISE = np.dtype(
     [

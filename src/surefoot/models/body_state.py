@@ -28,6 +28,7 @@ from surefoot.models.base_filter import (
     BIAS,
     POSITION,
     TILT,
+    VELOCITY,
     carry_on,
     landing,
     listen_to_feet,
@@ -45,17 +46,46 @@ from surefoot.models.record import copy_array, new_array
 FREE = 6
 """Degrees of freedom of the base, in front of those of the joints."""
 
+JERK = np.dtype(
+    [(name, "f8") for name in ("turning", "acceleration", "rate", "angle", "force", "velocity", "tilt")]
+)
+"""How far blows and impacts take a reading from what is expected, within one cycle, as standard
+deviations: of the gyroscope [rad/s], the accelerometer [m/s^2], tachometers [rad/s] and encoders
+[rad]; largest force on a sole [N]; and by how much velocity [m/s] and lean [rad] are less certain,
+at most, where a reading was not believed."""
+
+_OWN_JERK = {
+    "turning": ("rad/s^2", 12.0),
+    "acceleration": ("m/s^2", 0.5),
+    "rate": ("rad/s", 1.0),
+    "angle": ("rad/s", 2.0),
+    "force": ("N", 10.0),
+    "velocity": ("m/s", 0.05),
+    "tilt": ("-", 0.003),
+}
+"""Likewise in `OwnUnits`; of turning and angles per second, since they take time. The largest that
+were seen are half of what is believed at once, in strong pushes of 0.2 s and in landings of five
+robots. Blows of 5 ms exceed it, and are believed a few cycles later."""
+
+TRUSTED = 4.5
+"""Standard deviations beyond which a reading is not believed."""
+
+DOUBTS = 4
+"""So many readings in a row are left out, not more: what lasts is no fault of a sensor."""
+
 SETTINGS = np.dtype(
     [
         ("base", BASE_NOISE),
         ("rate", "f8"),
         ("surprise", "f8"),
         ("landing_surprise", "f8"),
+        ("jerk", JERK),
         ("delay", "i8"),
     ]
 )
 """Noise of the base's filter, of the joints' velocities [rad/s], error of the expected joint
-accelerations, and what is added to it at touchdown [rad/s^2], age of the senses in cycles."""
+accelerations, and what is added to it at touchdown [rad/s^2]; what is believed at once, and age of
+the senses in cycles."""
 
 TOUCH = 0.06
 """Part of its load from which on a swinging sole meets the ground: joints are jolted before it is
@@ -162,19 +192,109 @@ def _all_finite(values):
 
 
 @njit
-def _see_acceleration(noise, base, gyro, accelerometer, past, R, acceleration):
-    """Acceleration and angular velocity of the base; what is not measured is as expected."""
+def _is_doubtful(off, variance, base, channel):
+    """Whether a vector is off by more than chance, blows and impacts explain, and for how long."""
+    square = off[0] * off[0] + off[1] * off[1] + off[2] * off[2]
+    # A comparison with infinity: a reading that is not finite does not come here.
+    if square <= TRUSTED * TRUSTED * variance:
+        base.doubts[channel] = 0
+        return False
+    base.doubts[channel] = min(base.doubts[channel] + 1, DOUBTS + 1)
+    return base.doubts[channel] <= DOUBTS
+
+
+@njit
+def _see_turning(settings, base, gyro, past):
+    """Angular velocity of the base; one that is not measured, or not believed, is as expected.
+
+    Where readings are believed late, what they said meanwhile is made up for.
+    """
+    noise, jerk, off = settings.base, settings.jerk, np.zeros(3)
+    for i in range(3):
+        base.turning[i] += past[3 + i] * noise.period
+        off[i] = gyro[i] - base.bias[i] - base.turning[i]
+    if not _all_finite(gyro):
+        return
+    variance = 2.0 * noise.gyro**2 + jerk.turning**2
+    if _is_doubtful(off, variance, base, 0):
+        for i in range(3):
+            base.withheld[0, i] += off[i]
+            lean = min(abs(off[i]) * noise.period, jerk.tilt)
+            base.covariance[TILT + i, TILT + i] += lean * lean
+        return
+    turn, late = np.zeros(3), base.doubts[0] > DOUBTS
+    for i in range(3):
+        base.turning[i] += off[i]
+        turn[i] = base.withheld[0, i] * noise.period if late else 0.0
+        base.withheld[0, i] = 0.0
+    turned(base.orientation, turn, base.orientation)
+
+
+@njit
+def _see_acceleration(settings, base, accelerometer, past, R, acceleration):
+    """Acceleration of the base; one that is not measured, or not believed, is as expected.
+
+    Where it was not believed, the velocity is less certain, and where it is believed late, what it
+    said meanwhile is made up for.
+    """
+    noise, jerk, off = settings.base, settings.jerk, np.zeros(3)
     for i in range(3):
         acceleration[i] = past[i]
-        base.turning[i] += past[3 + i] * noise.period
-    if _all_finite(gyro):
+        off[i] = -past[i] - (STANDARD_GRAVITY if i == 2 else 0.0)
+        for k in range(3):
+            off[i] += R[i, k] * accelerometer[k]
+    if not _all_finite(accelerometer):
+        return
+    variance = noise.accelerometer**2 + jerk.acceleration**2
+    if _is_doubtful(off, variance, base, 1):
         for i in range(3):
-            base.turning[i] = gyro[i] - base.bias[i]
-    if _all_finite(accelerometer):
-        for i in range(3):
-            acceleration[i] = -STANDARD_GRAVITY if i == 2 else 0.0
-            for k in range(3):
-                acceleration[i] += R[i, k] * accelerometer[k]
+            base.withheld[1, i] += off[i]
+            speed = min(abs(off[i]) * noise.period, jerk.velocity)
+            base.covariance[VELOCITY + i, VELOCITY + i] += speed * speed
+        return
+    late = base.doubts[1] > DOUBTS
+    for i in range(3):
+        acceleration[i] += off[i] + (base.withheld[1, i] if late else 0.0)
+        base.withheld[1, i] = 0.0
+
+
+@njit
+def _see_joints(settings, joints, angles, velocities, past, told):
+    """Write angles and velocities of the joints that are believed; the others are not a number.
+
+    An angle or velocity that is believed late is followed at once.
+
+    Args:
+        settings: a `SETTINGS` record.
+        joints: `JOINT` records; only how often they were doubted, and covariances, are changed.
+        angles, velocities: as measured.
+        past: accelerations that were expected.
+        told: shape (3, n), written: angles and velocities, and angles that soles follow from.
+    """
+    noise, jerk, dt = settings.base, settings.jerk, settings.base.period
+    for k in range(joints.shape[0]):
+        joint = joints[k]
+        rate = joint.velocity + past[FREE + k] * dt
+        angle = joint.angle + rate * dt
+        told[0, k] = told[2, k] = angles[k]
+        told[1, k] = velocities[k]
+        for which in range(2):
+            reading = angles[k] if which == 0 else velocities[k]
+            if not math.isfinite(reading):
+                continue
+            off = reading - (angle if which == 0 else rate)
+            own = noise.encoder**2 + jerk.angle**2 if which == 0 else settings.rate**2 + jerk.rate**2
+            here = 2 * which
+            if off * off <= TRUSTED * TRUSTED * (joint.covariance[here] + own):
+                joint.doubts[which] = 0
+                continue
+            joint.doubts[which] = min(joint.doubts[which] + 1, DOUBTS + 1)
+            if joint.doubts[which] > DOUBTS:
+                joint.covariance[here] += off * off
+            else:
+                told[which, k] = math.nan
+                if which == 0:
+                    told[2, k] = angle
 
 
 @njit
@@ -182,7 +302,8 @@ def _filter_base(settings, base, links, angles, gyro, accelerometer, force, feet
     """Base at the time of the senses; if an encoder is silent, the feet say nothing."""
     noise, R, acceleration = settings.base, np.empty((3, 3)), np.empty(3)
     rotation_matrix(base.orientation, R)
-    _see_acceleration(noise, base, gyro, accelerometer, past, R, acceleration)
+    _see_turning(settings, base, gyro, past)
+    _see_acceleration(settings, base, accelerometer, past, R, acceleration)
     carry_on(base, noise, acceleration)
     if not _all_finite(angles):
         return
@@ -192,14 +313,24 @@ def _filter_base(settings, base, links, angles, gyro, accelerometer, force, feet
 
 
 @njit
-def _weigh(noise, base, force):
-    """The force on each sole that noise does not explain; a reading that is not finite is held."""
-    least = NOT_NOISE * noise.force
+def _weigh(settings, base, force):
+    """The force on each sole that noise does not explain.
+
+    One that is not finite, or that no robot of this weight stands on, is held.
+    """
+    least = NOT_NOISE * settings.base.force
     for foot in range(2):
-        if math.isfinite(force[foot]):
-            more = base.evidence[foot] + force[foot] if force[foot] > least else 0.0
-            base.evidence[foot] = min(more, SURE * least)
-            base.load[foot] = force[foot] if more >= SURE * least else 0.0
+        if not math.isfinite(force[foot]):
+            continue
+        if abs(force[foot]) > settings.jerk.force:
+            base.doubts[2 + foot] = min(base.doubts[2 + foot] + 1, DOUBTS + 1)
+            if base.doubts[2 + foot] <= DOUBTS:
+                continue
+        else:
+            base.doubts[2 + foot] = 0
+        more = base.evidence[foot] + force[foot] if force[foot] > least else 0.0
+        base.evidence[foot] = min(more, SURE * least)
+        base.load[foot] = force[foot] if more >= SURE * least else 0.0
 
 
 @njit
@@ -240,8 +371,10 @@ def _estimate(
     # The oldest of the ring led to these senses, the others have acted since.
     oldest = (now + 1) % ring * size
     past = expected[oldest : oldest + size]
-    _weigh(settings[0].base, base[0], force)
-    _filter_base(settings[0], base[0], links, angles, gyro, accelerometer, force, feet, past)
+    _weigh(settings[0], base[0], force)
+    told = np.empty((3, joints.shape[0]))
+    _see_joints(settings[0], joints, angles, velocities, past, told)
+    _filter_base(settings[0], base[0], links, told[2], gyro, accelerometer, force, feet, past)
     noise, fresh = settings[0], 0.0
     for foot in range(2):
         fresh = max(fresh, landing(base[0], noise.base, foot))
@@ -251,7 +384,7 @@ def _estimate(
     surprise = math.sqrt(noise.surprise**2 + (fresh * noise.landing_surprise) ** 2)
     for k in range(joints.shape[0]):
         predict_joint(joints[k], past[FREE + k], surprise, noise.base.period)
-        correct_joint(joints[k], angles[k], velocities[k], noise.base.encoder, noise.rate)
+        correct_joint(joints[k], told[0, k], told[1, k], noise.base.encoder, noise.rate)
     _write(base[0], joints, qpos, qvel)
     for age in range(delay - 1, -1, -1):
         then = (now - age) % ring * size
@@ -384,6 +517,9 @@ class BodyEstimator:
         settings["base"]["settling"] = SETTLING * units.time
         for name in ("rate", "surprise", "landing_surprise"):
             settings[name] = getattr(self, name)
+        for name, (unit, value) in _OWN_JERK.items():
+            time = self.period if name in ("turning", "angle") else 1.0
+            settings["jerk"][name] = value * units.one(unit) * time
         settings["delay"] = whole_cycles(self.delay, self.period)
         object.__setattr__(self, "settings", settings)
         object.__setattr__(self, "links", leg_links(self.multibody))
