@@ -1,7 +1,7 @@
 """The paper's biped in another size: lengths times lambda, times its root, masses times mu.
 
-What walks alike then is alike (dynamic similarity): torques and springs times mu lambda, dampers
-times mu lambda^1.5, inertias times mu lambda^2, speeds times the root of lambda, angles as they are.
+What is alike walks alike (dynamic similarity): torques and springs times mu lambda, dampers times
+mu lambda^1.5, inertias times mu lambda^2, speeds times the root of lambda, angles as they are.
 """
 
 from __future__ import annotations
@@ -87,7 +87,9 @@ def scaled_biped(folder: Path, size: Size, *, own_gait: bool = True) -> sf.Robot
     """
     robot = sf.load_robot("paper-biped")
     body, foot = robot.body, robot.foot
-    assert body is not None and body.gait is not None and body.swing is not None
+    assert body is not None
+    assert body.gait is not None
+    assert body.swing is not None
     model = folder / f"biped-{size.length:g}-{size.mass:g}.xml"
     text = paper_biped_mjcf(robot.hip, (foot.length, foot.width))
     model.write_text(scaled_mjcf(text, size), "utf-8")

@@ -123,7 +123,7 @@ def refuse_others(simulator: str) -> None:
 
 
 def walk_body(walk: BodyWalk, as_json: bool) -> None:
-    """Walk, tell, draw, film; exits with 1 if the robot fell."""
+    """Walk, tell, draw, film; exits with 1 if the robot fell, or does not go where it is told."""
     if walk.truth and given("delay"):
         raise ParameterError(
             "--delay without --truth: the true state is never late",
@@ -154,7 +154,9 @@ def walk_body(walk: BodyWalk, as_json: bool) -> None:
     if walk.video is not None:
         _film(rollout, walk.video)
     _tell(rollout, as_json)
-    sys.exit(1 if rollout.fallen else 0)
+    from surefoot.viewers.body_summary import makes_way
+
+    sys.exit(0 if not rollout.fallen and makes_way(rollout) else 1)
 
 
 def make_control(walk: BodyWalk) -> BodyControl:

@@ -246,7 +246,11 @@ class BodyControl:
         zmp = dcm + STAND_GAIN * (dcm - 0.5 * (left + right))
         since = float(walk["now"][0] - walk["began"][0])
         heading = walk["heading"] = self._heading()
-        if walk["phase"][0] == STAND and not steering.standing and since >= self.limits["settle_time"][0]:
+        if (
+            walk["phase"][0] == STAND
+            and not steering.standing
+            and since >= self.limits["settle_time"][0]
+        ):
             walk["phase"], walk["began"], since = SHIFT, walk["now"], 0.0
         if walk["phase"][0] == SHIFT:
             rest = float(self.limits["shift_time"][0]) - since

@@ -42,7 +42,9 @@ LEG_SPEED, LEG_ACCELERATION = 0.9, 0.59
 """Nor is a foot faster than this part of what the slower of hip pitch and roll can do with a leg
 that hangs straight down: the trunk turns the other way, the leg is carried, and the knee bends."""
 
-PARAMETERS = MappingProxyType({"unified": {"horizon": 0.35, "tau_weight": 0.0156, "commitment": 0.35}})
+PARAMETERS = MappingProxyType(
+    {"unified": {"horizon": 0.35, "tau_weight": 0.0156, "commitment": 0.35}}
+)
 """What a method does differently on a body, by its key in `control.methods`, in `OwnUnits`.
 
 The unified controller steps sooner rather than wider, which friction and legs limit; it does not

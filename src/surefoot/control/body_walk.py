@@ -47,8 +47,8 @@ BODY_WALK = np.dtype(
 )
 """Phase; 0 or 1 for the left or right foot on the ground; steps done; when phase or step began, and
 now [s]; whether the swinging foot has just landed, the sum of its forces since it touched the
-ground [N] and in how many cycles it did; heading of the controller's frame [rad]; reference of the swinging sole in the world,
-now [m, rad]."""
+ground [N] and in how many cycles it did; heading of the controller's frame [rad]; reference of the
+swinging sole in the world, now [m, rad]."""
 
 BODY_LIMITS = np.dtype(
     [
@@ -87,9 +87,9 @@ course goes ahead, and the CoM may sink [m]; stiffness of its height [1/s^2], la
 acceleration [m/s^2]; force that tells a landing [N]; speed of a foot that waits for the ground
 [m/s]; mass [kg]; control period [s]; apex of the foot [m], its speed at landing [m/s] and how long
 a step lasts in which it gets there [s]; least distance of the soles across [m], and how hard the
-foot can brake before it [m/s^2]; a sole that is higher cannot be landing, and one
-that is lower is about to [m]; nothing is to be
-reached sooner, and no sole lands that left the ground so shortly before [s]."""
+foot can brake before it [m/s^2]; a sole that is higher cannot be landing, and one that is lower is
+about to [m]; nothing is to be reached sooner, and no sole lands that left the ground so shortly
+before [s]."""
 
 SOON_DOWN = 0.6
 """Part of its apex above which a sole cannot be landing: a floor that comes up to meet it is no

@@ -1,10 +1,10 @@
 """Tasks and constraints of whole-body inverse dynamics, as the rows of a quadratic program.
 
 Unknown are the generalised accelerations and one wrench for each sole that carries, in the axes of
-that sole and as parts of the weight (moments on a lever of an eighth of the CoM's height). A sum of squares
-of weighted task errors is to be least; the equations of motion of what no motor moves are kept
-exactly, and friction, soles, torques, joint positions and speeds as inequalities. Own arrangement
-of the inverse dynamics of [Feng2015] and [Herzog2016]; what differs is the ZMP task.
+that sole and as parts of the weight (moments on a lever of an eighth of the CoM's height). A sum of
+squares of weighted task errors is to be least; the equations of motion of what no motor moves are
+kept exactly, and friction, soles, torques, joint positions and speeds as inequalities. Own
+arrangement of the inverse dynamics of [Feng2015] and [Herzog2016]; what differs is the ZMP task.
 """
 
 from __future__ import annotations

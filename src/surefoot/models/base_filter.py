@@ -58,8 +58,9 @@ BASE = np.dtype(
 of the gyroscope and angular velocity in the frame of the base [rad/s]; for how long each sole has
 stood, 0 if it does not [s]; force on each sole that noise does not explain, and the sum of its
 readings in a row that are not noise by themselves [N]; sums of what gyroscope and accelerometer
-said in readings in a row that were not believed, over what was expected [rad/s, m/s^2], and how many
-there were: of gyroscope, accelerometer, left and right sole; covariance of the errors; how many cycles there were."""
+said in readings in a row that were not believed, over what was expected [rad/s, m/s^2], and how
+many there were: of gyroscope, accelerometer, left and right sole; covariance of the errors; how
+many cycles there were."""
 
 BASE_NOISE = np.dtype(
     [
@@ -83,9 +84,9 @@ BASE_NOISE = np.dtype(
 """Standard deviations: encoder [rad], gyroscope [rad/s], accelerometer [m/s^2], first offset of the
 gyroscope [rad/s] and its random walk [rad/s^1.5]; random walk of a sole that stands with full
 weight, what is added to it with none and at touchdown [m/s^0.5]; of its heading while both stand,
-and what is added to it while the other leg swings [rad/s^0.5]; height of the floor [m]; forces
-on the soles [N]. Half of the robot's weight [N]; within which a foot comes to rest after touchdown, but for 1 / e of its motion,
-and the period [s]."""
+and what is added to it while the other leg swings [rad/s^0.5]; height of the floor [m]; forces on
+the soles [N]. Half of the robot's weight [N]; within which a foot comes to rest after touchdown,
+but for 1 / e of its motion, and the period [s]."""
 
 ROW = np.dtype(
     [

@@ -47,7 +47,10 @@ FREE = 6
 """Degrees of freedom of the base, in front of those of the joints."""
 
 JERK = np.dtype(
-    [(name, "f8") for name in ("turning", "acceleration", "rate", "angle", "force", "velocity", "tilt")]
+    [
+        (name, "f8")
+        for name in ("turning", "acceleration", "rate", "angle", "force", "velocity", "tilt")
+    ]
 )
 """How far blows and impacts take a reading from what is expected, within one cycle, as standard
 deviations: of the gyroscope [rad/s], the accelerometer [m/s^2], tachometers [rad/s] and encoders
@@ -92,8 +95,8 @@ TOUCH = 0.06
 believed to stand."""
 
 FORCE_PART = 0.003
-"""Standard deviation of the force on a sole, of the weight: load cells are chosen for the robot that
-they carry, and are as exact as that part of their range."""
+"""Standard deviation of the force on a sole, of the weight: load cells are chosen for the robot
+that they carry, and are as exact as that part of their range."""
 
 NOT_NOISE, SURE = 3.0, 3.0
 """A force counts that is more than so many standard deviations, from when on those in a row add up
@@ -283,7 +286,9 @@ def _see_joints(settings, joints, angles, velocities, past, told):
             if not math.isfinite(reading):
                 continue
             off = reading - (angle if which == 0 else rate)
-            own = noise.encoder**2 + jerk.angle**2 if which == 0 else settings.rate**2 + jerk.rate**2
+            own = (
+                noise.encoder**2 + jerk.angle**2 if which == 0 else settings.rate**2 + jerk.rate**2
+            )
             here = 2 * which
             if off * off <= TRUSTED * TRUSTED * (joint.covariance[here] + own):
                 joint.doubts[which] = 0

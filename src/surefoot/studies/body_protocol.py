@@ -68,17 +68,13 @@ BODY_METHODS = (
         "unified-fixed-timing",
         "unified, timing fixed",
         "ZMP, step location",
-        lambda robot, velocity: fixed_timing(
-            robot, velocity, **body_parameters("unified", robot)
-        ),
+        lambda robot, velocity: fixed_timing(robot, velocity, **body_parameters("unified", robot)),
     ),
     BodyMethod(
         "unified-fixed-place",
         "unified, place fixed",
         "ZMP, timing",
-        lambda robot, velocity: fixed_place(
-            robot, velocity, **body_parameters("unified", robot)
-        ),
+        lambda robot, velocity: fixed_place(robot, velocity, **body_parameters("unified", robot)),
     ),
     _published("unified"),
 )
