@@ -102,8 +102,7 @@ class BodyState:
 class BodyControl:
     """Walks a body with a controller of the point mass.
 
-    What is None follows from the robot: it is said in `OwnUnits`, heights h of the CoM, times
-    1 / omega.
+    What is None follows from the robot, see `OwnUnits`.
 
     Args:
         controller: of a robot as `walking_robot` makes it from the multibody's; any method.
@@ -116,8 +115,7 @@ class BodyControl:
         most_correction: of the velocity, to either side; 0.0535 sqrt(g h) [m/s].
         most_change: of that correction; 0 never corrects; 0.00306 g [m/s^2].
         furthest: the course waits for a robot that is this far from it; 0.375 h [m].
-        knee_bend: of a leg that is not stretched further: sets the CoM's height in long steps
-            [rad].
+        knee_bend: least one of a leg, sets the CoM's height in long steps [rad].
         most_drop: of the CoM; 0.15 h [m].
         height_stiffness: of the CoM's height; 3.26 omega^2 [1/s^2].
         most_lift: largest vertical acceleration; 0.816 g [m/s^2].
@@ -363,8 +361,7 @@ class BodyControl:
         if heading != walk["heading"][0]:
             # Its memory is of another frame; at a touchdown it holds little that is not seen anew.
             walk["heading"], memory = heading, None
-        controller = state.controller
-        pull = state.pull
+        controller, pull = state.controller, state.pull
         if walking:
             elapsed = time - state.course.time
             error = course.error(place, heading)

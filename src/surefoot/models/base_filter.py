@@ -56,11 +56,11 @@ BASE = np.dtype(
 )
 """Quaternion; velocity [m/s], position [m], soles [m] and their headings [rad] in the world; offset
 of the gyroscope and angular velocity in the frame of the base [rad/s]; for how long each sole has
-stood, 0 if it does not [s]; force on each sole that noise does not explain, and the sum of its
-readings in a row that are not noise by themselves [N]; sums of what gyroscope and accelerometer
-said in readings in a row that were not believed, over what was expected [rad/s, m/s^2], and how
-many there were: of gyroscope, accelerometer, left and right sole; covariance of the errors; how
-many cycles there were."""
+stood, 0 if it does not [s]; force on each sole that noise does not explain, and how much speaks for
+one, see `models.body_state` [N]; sums of what gyroscope and accelerometer said in readings in a row
+that were not believed, over what was expected [rad/s, m/s^2], and how many there were: of
+gyroscope, accelerometer, left and right sole; covariance of the errors; how many cycles there
+were."""
 
 BASE_NOISE = np.dtype(
     [

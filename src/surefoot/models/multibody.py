@@ -7,11 +7,9 @@ that must not touch each other, one motor for each joint, and a floor.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import pairwise
-from typing import Any
 
 import mujoco
 import numpy as np
@@ -19,6 +17,7 @@ from numpy.typing import NDArray
 
 from surefoot.errors import RobotError
 from surefoot.models.body import Body
+from surefoot.models.body_floor import FLOOR, LEG_BIT, SOLE, SOLE_TIME, add_world
 from surefoot.models.bumps import NO_BOARDS
 from surefoot.models.model_spec import (
     ModelSpec,
@@ -33,10 +32,6 @@ from surefoot.models.robot import Robot
 SIDES = ("left", "right")
 """Order of all tables with a row for each foot."""
 
-TIME_STEP = 0.001
-"""Of the physics, and of control [s]. It is that of the loops of robots, whatever their size, and
-does not follow from the robot: omega times it is 0.0035 for the paper's biped."""
-
 SOLE_THICKNESS = 0.025
 """Of the boxes that touch the ground, in heights of the CoM."""
 
@@ -46,20 +41,9 @@ SENSE_MARGIN = 0.0125
 LEG_RADIUS = 0.0625
 """Likewise of the capsules along thigh and shank, of a body that does not say it."""
 
-BOARD_DEPTH = 0.1
-"""How far boards reach into the floor: a sole is pushed up out of them, not through. The boards are
-of the world, and as thick for every robot [m]."""
-
 ROLL_HEIGHT, ROLL_STIFFNESS, ROLL_DAMPING, ROLL_INERTIA = 0.025, 0.01874, 0.003938, 1.149e-4
 """Of a passive ankle roll that the model does not have, in `OwnUnits`: a fiftieth of the stiffness
 m g h that would hold the robot up [h, m g h, m g h / omega, m h^2]."""
-
-FLOOR_TIME, SOLE_TIME, FLOOR_WIDTH = 0.07, 0.021, 0.00125
-"""How soft contacts of the floor and of soles are: time constants in 1 / omega, and the depth over
-which MuJoCo's impedance rises in heights of the CoM. Hard floors do not differ from robot to robot,
-but a simulated one yields by about g times its time constant squared, which is to be as little to
-each. MuJoCo lets no contact be faster than two periods, so that 1 ms of physics keeps the law down
-to 4 cm of CoM height."""
 
 MOST_MASS_ERROR = 0.05
 """Of the mass in a robot's file, against that of its model [-]."""
@@ -68,9 +52,6 @@ _INERTIAL = {
     "gyro": mujoco.mjtSensor.mjSENS_GYRO,
     "accelerometer": mujoco.mjtSensor.mjSENS_ACCELEROMETER,
 }
-
-_FLOOR, _SOLE, _LEFT_LEG, _RIGHT_LEG = 1, 2, 4, 8
-_LEG_BIT = (_LEFT_LEG, _RIGHT_LEG)
 
 
 @dataclass(frozen=True)
@@ -191,7 +172,7 @@ def load_multibody(
     _add_legs(spec, body, own)
     _add_motors(source, body, passive)
     _add_senses(spec, find_body(spec, body.base), own)
-    _add_world(spec, robot.gravity, boards, own)
+    add_world(spec, robot.gravity, boards, own)
     try:
         model = spec.compile()
     except ValueError as error:
@@ -263,8 +244,8 @@ def _add_sole(
         mass=0.0,
         group=3,
         condim=3,
-        contype=_SOLE | _LEG_BIT[SIDES.index(side)],
-        conaffinity=_FLOOR | _LEG_BIT[1 - SIDES.index(side)],
+        contype=SOLE | LEG_BIT[SIDES.index(side)],
+        conaffinity=FLOOR | LEG_BIT[1 - SIDES.index(side)],
         solref=(SOLE_TIME * own.time, 1.0),
         rgba=(0.9, 0.5, 0.2, 1.0),
     )
@@ -288,7 +269,7 @@ def _add_legs(spec: mujoco.MjSpec, body: Body, own: OwnUnits) -> None:
         ends = [(upper, np.array(lower.pos)) for upper, lower in links]
         long = [one for one in ends if np.linalg.norm(one[1]) >= 3.0 * radius]
         for place, (upper, end) in enumerate(long):
-            floor = 0 if 0 < place == len(long) - 1 else _FLOOR
+            floor = 0 if 0 < place == len(long) - 1 else FLOOR
             upper.add_geom(
                 name=f"{SIDES[index]}_{upper.name}_leg",
                 type=mujoco.mjtGeom.mjGEOM_CAPSULE,
@@ -297,8 +278,8 @@ def _add_legs(spec: mujoco.MjSpec, body: Body, own: OwnUnits) -> None:
                 mass=0.0,
                 group=3,
                 condim=1,
-                contype=_LEG_BIT[index],
-                conaffinity=floor | _LEG_BIT[1 - index],
+                contype=LEG_BIT[index],
+                conaffinity=floor | LEG_BIT[1 - index],
                 rgba=(0.5, 0.5, 0.5, 0.3),
             )
 
@@ -339,48 +320,6 @@ def _add_senses(spec: mujoco.MjSpec, base: mujoco.MjsBody, own: OwnUnits) -> Non
 
 def _add_sensor(spec: mujoco.MjSpec, name: str, kind: mujoco.mjtSensor, site: str) -> None:
     spec.add_sensor(name=name, type=kind, objtype=mujoco.mjtObj.mjOBJ_SITE, objname=site)
-
-
-def _add_world(
-    spec: mujoco.MjSpec, gravity: float, boards: NDArray[np.void], own: OwnUnits
-) -> None:
-    plane = mujoco.mjtGeom.mjGEOM_PLANE
-    _add_floor(spec, "floor", plane, _FLOOR, own, size=(0.0, 0.0, 1.0))
-    half_depth = 0.5 * BOARD_DEPTH
-    for index, board in enumerate(boards):
-        heading = 0.5 * float(board["heading"])
-        _add_floor(
-            spec,
-            f"board_{index}",
-            mujoco.mjtGeom.mjGEOM_BOX,
-            # A shank may end lower over its sole than a board is high; the floor stops it.
-            0,
-            own,
-            size=(*board["half"], half_depth),
-            pos=(*board["place"], board["height"] - half_depth),
-            quat=(math.cos(heading), 0.0, 0.0, math.sin(heading)),
-        )
-    spec.option.gravity = (0.0, 0.0, -gravity)
-    spec.option.timestep = TIME_STEP
-    spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
-    spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
-
-
-def _add_floor(
-    spec: mujoco.MjSpec, name: str, kind: mujoco.mjtGeom, stops: int, own: OwnUnits, **shape: Any
-) -> None:
-    part = spec.worldbody.add_geom(
-        name=name,
-        type=kind,
-        contype=stops,
-        conaffinity=_SOLE,
-        condim=3,
-        friction=(0.8, 0.005, 0.0001),
-        solref=(FLOOR_TIME * own.time, 1.0),
-        solimp=(0.9, 0.95, FLOOR_WIDTH * own.length, 0.5, 2.0),
-        **shape,
-    )
-    part.priority = 1
 
 
 def _index(robot: Robot, body: Body, model: mujoco.MjModel, source: ModelSpec) -> Multibody:

@@ -12,9 +12,10 @@ from numpy.typing import NDArray
 
 from surefoot.checks import check_number, check_seed
 from surefoot.compiling import entry_point, njit
+from surefoot.models.body_floor import TIME_STEP
 from surefoot.models.body_state import FORCE_PART, BodySenses
 from surefoot.models.estimator import whole_cycles
-from surefoot.models.multibody import TIME_STEP, Multibody
+from surefoot.models.multibody import Multibody
 from surefoot.simulation.noise import noise_key, normal_pair
 
 _UNITS = {

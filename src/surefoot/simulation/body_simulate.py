@@ -6,9 +6,9 @@ from collections.abc import Sequence
 
 from surefoot.checks import check_number
 from surefoot.errors import ParameterError
+from surefoot.models.body_floor import TIME_STEP
 from surefoot.models.body_state import BodyEstimator
 from surefoot.models.bumps import check_course
-from surefoot.models.multibody import TIME_STEP
 from surefoot.models.pushes import Push
 from surefoot.models.steering import Steering, course_of
 from surefoot.models.walker import Walker

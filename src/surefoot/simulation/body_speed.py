@@ -26,16 +26,17 @@ SETTLING = 14.0
 """Before the speed that is held is measured, from the first step, a command or a push on, in
 1 / omega."""
 
-SPEED_PART, SPEED_LEAST = 0.15, 0.01
+SPEED_PART, SPEED_LEAST = 0.2, 0.01
 """How far the mean velocity may be from the command: a part of it, and at least so much of
-sqrt(g h). Bodies hold 0.2 to 0.5 m/s to 5 % once they are back on their course, and go up to a
-tenth faster until then."""
+sqrt(g h). Bodies hold 0.2 to 0.5 m/s to 5 % once they are on their course, and go up to 15 % faster
+until they have made up for their first steps."""
 
 CATCHING_UP = 0.0535
 """How much more after a push, in sqrt(g h): what `BodyControl` adds to take it back."""
 
-STEP_PART = 0.25
-"""How far the mean duration of a step may be from what was planned at its beginning."""
+STEP_PART = 0.75
+"""Steps that on average are over before this part of what was planned at their beginnings were not
+ended by the ground."""
 
 
 @dataclass(frozen=True)
@@ -58,9 +59,9 @@ class HeldSpeed:
 
     @property
     def is_held(self) -> bool:
-        """Whether the robot went where it was told to, in steps as planned."""
+        """Whether the robot went where it was told to, in steps that the ground ended."""
         away = math.dist(self.velocity, self.commanded)
-        return away <= self.allowed and abs(self.duration / self.planned - 1.0) <= STEP_PART
+        return away <= self.allowed and self.duration >= STEP_PART * self.planned
 
 
 def last_command(trace: BodyTrace) -> tuple[float, tuple[float, float], float] | None:

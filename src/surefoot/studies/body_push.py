@@ -16,9 +16,10 @@ import numpy as np
 
 from surefoot.control.body_control import BodyControl, BodyState
 from surefoot.control.body_gait import body_control, walking_robot
+from surefoot.models.body_floor import TIME_STEP
 from surefoot.models.interfaces import Controller
 from surefoot.models.joint_command import JointCommand
-from surefoot.models.multibody import SIDES, TIME_STEP, Multibody, load_multibody
+from surefoot.models.multibody import SIDES, Multibody, load_multibody
 from surefoot.models.pushes import Push
 from surefoot.models.robot import Robot
 from surefoot.models.steering import Steering
