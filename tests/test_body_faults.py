@@ -1,4 +1,4 @@
-"""Sensors of a body that fail for a moment: no robot falls over that, or believes that it landed."""
+"""Sensors of a body that fail for a moment, and their noise: no robot falls or lands over that."""
 
 from __future__ import annotations
 
@@ -84,13 +84,15 @@ def test_a_force_that_may_be_one_is_no_landing_in_the_air(body_control: sf.BodyC
 
 
 def turning_motion(multibody: Multibody, rate: float) -> motions.Motion:
-    """A stand in which the whole robot suddenly rolls at a rate [rad/s], about the ground."""
+    """A robot that suddenly rolls at a rate [rad/s], with no foot on the ground from then on."""
     qpos = np.tile(multibody.nominal, (400, 1))
     angle = rate * motions.PERIOD * np.maximum(np.arange(400) - 199, 0)
     qpos[:, 3], qpos[:, 4] = np.cos(0.5 * angle), np.sin(0.5 * angle)
     height = multibody.nominal[2]
     qpos[:, 1], qpos[:, 2] = -height * np.sin(angle), height * np.cos(angle)
-    motion = motions.sensed(qpos, np.ones((400, 2), np.int64))
+    feet = np.ones((400, 2), np.int64)
+    feet[199:] = 0
+    motion = motions.sensed(qpos, feet)
     return motions.Motion(
         motion.qpos, motion.qvel, 0.0 * motion.expected, motion.feet, motion.senses
     )
@@ -115,7 +117,7 @@ def settings_of(force: float) -> Any:
 
 
 def test_noise_alone_makes_no_load(multibody: Multibody) -> None:
-    """Its bound is 3e-9 a cycle; a fifth of its evidence would come in 2 % of the cycles at most."""
+    """Its bound is 3e-9 a cycle; a fifth of the evidence comes in 2 % of the cycles at most."""
     draw = np.random.default_rng(5)
     readings = np.maximum(20.0 * draw.standard_normal((200_000, 2)), 0.0)
     base = BodyEstimator(multibody).start(resting(multibody)).base[0]
@@ -158,7 +160,7 @@ def test_noise_of_the_soles_ends_no_step(body_control: sf.BodyControl, part: flo
 def test_steps_on_noise_are_no_walk(body_control: sf.BodyControl) -> None:
     """An estimator that is told of less noise than there is takes it for landings."""
     multibody = body_control.multibody
-    noise = sf.BodyNoise(force=0.05 * multibody.mass * 9.81)
+    noise = sf.BodyNoise(force=0.1 * multibody.mass * 9.81)
     rollout = sf.simulate_body(body_control, 7.0, noise=noise, estimator=BodyEstimator(multibody))
     assert not rollout.fallen
     assert rollout.held_speed is not None
