@@ -26,7 +26,7 @@ from surefoot.models.steering import course_of
 from surefoot.simulation.body_plant import STANDS, TOUCHED, BodyPlant
 from surefoot.viewers.body_figure import body_figure
 
-ROUGH = sf.Surroundings(bumps=0.01, friction=0.7, seed=1)
+ROUGH = sf.Surroundings(bumps=0.01, friction=0.7, seed=7)
 
 
 @pytest.fixture(scope="module")
