@@ -64,7 +64,9 @@ def test_a_reading_that_nothing_explains_is_left_out(
     body_control: sf.BodyControl, channel: str, sign: float, cycles: int
 ) -> None:
     index, size = FAULTS[channel]
-    noise = Faulty(sf.BodyNoise.of(body_control.multibody), channel, index, sign * size, cycles)
+    noise = Faulty(
+        sf.BodyNoise.of(body_control.multibody.robot), channel, index, sign * size, cycles
+    )
     rollout = sf.simulate_body(body_control, 4.6, noise=noise)
     assert not rollout.fallen
     assert rollout.body is not None
@@ -77,7 +79,9 @@ def test_a_force_that_may_be_one_is_no_landing_in_the_air(body_control: sf.BodyC
     weight = body_control.multibody.mass * 9.81
     usual = sf.simulate_body(body_control, 4.6)
     for foot, cycles in ((0, 1), (1, 3)):
-        noise = Faulty(sf.BodyNoise.of(body_control.multibody), "foot_force", foot, weight, cycles)
+        noise = Faulty(
+            sf.BodyNoise.of(body_control.multibody.robot), "foot_force", foot, weight, cycles
+        )
         rollout = sf.simulate_body(body_control, 4.6, noise=noise)
         assert not rollout.fallen
         assert abs(len(rollout.footsteps) - len(usual.footsteps)) <= 1
@@ -170,8 +174,8 @@ def test_steps_on_noise_are_no_walk(body_control: sf.BodyControl) -> None:
 
 def test_the_noise_of_a_robot_is_that_of_its_load_cells(multibody: Multibody) -> None:
     weight = multibody.mass * multibody.robot.gravity
-    noise = sf.BodyNoise.of(multibody, seed=4)
+    noise = sf.BodyNoise.of(multibody.robot, seed=4)
     assert noise.force == pytest.approx(0.003 * weight)
     assert (noise.seed, noise.gyro) == (4, sf.BodyNoise().gyro)
-    assert sf.BodyNoise.of(multibody, force=7.0).force == 7.0
+    assert sf.BodyNoise.of(multibody.robot, force=7.0).force == 7.0
     assert BodyEstimator(multibody).force == pytest.approx(0.003 * weight)

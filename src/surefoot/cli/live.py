@@ -125,7 +125,7 @@ def _body(robot: Any, key: str, steering: Steering) -> Walk:
 
     multibody = load_multibody(robot)
     controller = body_controller(key, walking_robot(multibody), steering.velocity)
-    noise = BodyNoise.of(multibody)
+    noise = BodyNoise.of(robot)
     estimator = usual_estimator(multibody, noise)
     return SteeredBody(body_control(controller, multibody), noise=noise, estimator=estimator)
 

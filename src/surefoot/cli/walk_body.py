@@ -13,8 +13,8 @@ from surefoot.errors import ParameterError
 
 if TYPE_CHECKING:
     from surefoot.control.body_control import BodyControl
-    from surefoot.models.multibody import Multibody
     from surefoot.models.pushes import Push
+    from surefoot.models.robot import Robot
     from surefoot.models.steering import Steering
     from surefoot.simulation.body_noise import BodyNoise
     from surefoot.simulation.body_plant import Surroundings
@@ -77,11 +77,11 @@ class World:
 
         BodyNoise(delay=self.delay, seed=self.seed)
 
-    def noise(self, multibody: Multibody) -> BodyNoise:
+    def noise(self, robot: Robot) -> BodyNoise:
         """What the sensors of a robot do."""
         from surefoot.simulation.body_noise import BodyNoise
 
-        return BodyNoise.of(multibody, delay=self.delay, seed=self.seed)
+        return BodyNoise.of(robot, delay=self.delay, seed=self.seed)
 
 
 @dataclass(frozen=True)
@@ -216,7 +216,7 @@ def _simulate(walk: BodyWalk, control: BodyControl) -> Rollout:
         walk.pushes,
         steering=route_of(walk),
         surroundings=walk.world.surroundings(),
-        noise=None if walk.truth else walk.world.noise(control.multibody),
+        noise=None if walk.truth else walk.world.noise(control.multibody.robot),
         estimator=TRUTH if walk.truth else None,
     )
 

@@ -15,7 +15,7 @@ from surefoot.compiling import entry_point, njit
 from surefoot.models.body_floor import TIME_STEP
 from surefoot.models.body_state import FORCE_PART, BodySenses
 from surefoot.models.estimator import whole_cycles
-from surefoot.models.multibody import Multibody
+from surefoot.models.robot import Robot
 from surefoot.simulation.noise import noise_key, normal_pair
 
 _UNITS = {
@@ -111,15 +111,14 @@ class BodyNoise:
         whole_cycles(self.delay, self.period)
 
     @classmethod
-    def of(cls, multibody: Multibody, **changes: Any) -> Self:
+    def of(cls, robot: Robot, **changes: Any) -> Self:
         """That of the sensors of a robot: with load cells for its own weight.
 
         Args:
-            multibody: the robot's mechanism.
+            robot: whose they are.
             **changes: of the other parameters.
         """
-        weight = multibody.mass * multibody.robot.gravity
-        return cls(**{"force": FORCE_PART * weight, **changes})
+        return cls(**{"force": FORCE_PART * robot.mass * robot.gravity, **changes})
 
     @cached_property
     def _deviations(self) -> NDArray[np.float64]:

@@ -67,7 +67,7 @@ def simulate_body(
             "leave one of them out",
         )
     if noise is USUAL_NOISE:
-        noise = BodyNoise.of(control.multibody)
+        noise = BodyNoise.of(control.multibody.robot)
     eyes = _eyes(control, noise, estimator)
     cycles = round(duration / TIME_STEP) + 1
     noise, kept = None if eyes is None else noise, cycles * TIME_STEP

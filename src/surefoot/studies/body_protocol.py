@@ -20,7 +20,6 @@ from surefoot.models.multibody import SIDES
 from surefoot.models.pushes import Push
 from surefoot.models.robot import Robot
 from surefoot.simulation.body_noise import BodyNoise
-from surefoot.simulation.body_simulate import USUAL_NOISE
 
 PUSH_DURATION = 0.2
 """How long every push lasts [s]."""
@@ -155,7 +154,7 @@ class BodyProtocol:
     @property
     def noise(self) -> BodyNoise | None:
         """Of the sensors, None if the truth is told."""
-        return USUAL_NOISE if self.estimate else None
+        return BodyNoise.of(self.robot) if self.estimate else None
 
     def cells(self) -> Iterator[BodyCell]:
         """Everything that is to be measured; what shares a walk to the push is together."""
