@@ -213,7 +213,7 @@ def test_what_came_first_is_the_cause_unless_it_was_long_before(walk: sf.Rollout
     torque = walk.body.torque.copy()
     torque[-150:, 3] = walk.body.torque_limit[3]
     assert changed(walk, status=status, torque=torque).cause is sf.FallCause.LEG_TOO_SLOW
-    early = round(1000 * (walk.time[-1] - 0.15 - QUIET)) - 300
+    early = round(1000 * (walk.time[-1] - 0.15 - QUIET / walk.robot.omega)) - 300
     row = next(r for r in range(early, 0, -1) if walk.body.walking[r])
     status[:] = 0
     status[row - 60 : row] |= sf.Status.UNREACHABLE

@@ -21,7 +21,6 @@ from surefoot.control.body_gait import walking_robot
 from surefoot.control.fixed_landing import fixed_place, fixed_timing, with_fixed_place
 from surefoot.models.footsteps import Side
 from surefoot.planning.nominal_gait import nominal_gait
-from surefoot.simulation.body_simulate import USUAL_NOISE
 from surefoot.studies import body_compare, body_limits
 from surefoot.studies.body_compare import compare_on_body
 from surefoot.studies.body_limits import explain, explain_worst
@@ -152,8 +151,8 @@ def test_a_study_walks_on_what_a_walk_is_told(estimate: bool) -> None:
     assert rollout.body is not None
     assert rollout.body.senses == walk.body.senses
     told = body_compare.provenance(protocol)["state"]
-    assert told == (f"estimated from {USUAL_NOISE}" if estimate else "the truth")
-    assert protocol.same_for_all()["noise"] == repr(USUAL_NOISE if estimate else None)
+    assert told == (f"estimated from {sf.BodyNoise.of(ROBOT)}" if estimate else "the truth")
+    assert protocol.same_for_all()["noise"] == repr(sf.BodyNoise.of(ROBOT) if estimate else None)
 
 
 @pytest.mark.parametrize("impulse", [30.0, 400.0])

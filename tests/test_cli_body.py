@@ -7,12 +7,14 @@ import os
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 from click.testing import CliRunner, Result
 
 import surefoot as sf
 from surefoot.cli import main
+from surefoot.simulation import body_simulate
 
 PHYSICS = ("walk", "--simulator", "mujoco")
 
@@ -198,3 +200,27 @@ def test_a_missing_extra_is_named(
     )
     assert done.returncode == 2, done.stderr
     assert f'run: pip install "surefoot[{extra}]"' in done.stderr
+
+
+def test_a_body_that_gets_nowhere_has_not_walked(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its steps end on the noise of soles whose filter is told of less."""
+    usual = body_simulate.simulate_body
+
+    def on_noise(control: sf.BodyControl, duration: float, *rest: Any, **others: Any) -> sf.Rollout:
+        mechanism = control.multibody
+        others["noise"] = sf.BodyNoise(force=0.1 * mechanism.mass * mechanism.robot.gravity)
+        others["estimator"] = sf.BodyEstimator(mechanism)
+        return usual(control, duration, *rest, **others)
+
+    monkeypatch.setattr(body_simulate, "simulate_body", on_noise)
+    result = run(*PHYSICS, "--duration", "7")
+    assert result.exit_code == 1
+    words = " ".join(result.output.split())
+    assert "unsettled: it steps, but goes at" in words
+    assert "where (0.3, 0) was commanded" in words
+    assert "walked for" not in words
+    result = run(*PHYSICS, "--duration", "7", "--json")
+    assert result.exit_code == 1
+    summary = json.loads(result.stdout)
+    assert summary["outcome"] == "unsettled"
+    assert summary["body"]["makes_way"] is False

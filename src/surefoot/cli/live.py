@@ -118,15 +118,16 @@ def _body(robot: Any, key: str, steering: Steering) -> Walk:
     optional_module("mujoco", "physics", "mujoco")
     optional_module("daqp", "inverse dynamics", "mujoco")
     from surefoot.control.body_gait import body_control, body_controller, walking_robot
-    from surefoot.models.body_state import BodyEstimator
     from surefoot.models.multibody import load_multibody
     from surefoot.simulation.body_noise import BodyNoise
+    from surefoot.simulation.body_senses import usual_estimator
     from surefoot.simulation.steered_body import SteeredBody
 
     multibody = load_multibody(robot)
     controller = body_controller(key, walking_robot(multibody), steering.velocity)
-    estimator = BodyEstimator(multibody)
-    return SteeredBody(body_control(controller, multibody), noise=BodyNoise(), estimator=estimator)
+    noise = BodyNoise.of(robot)
+    estimator = usual_estimator(multibody, noise)
+    return SteeredBody(body_control(controller, multibody), noise=noise, estimator=estimator)
 
 
 def figure_of(walk: Walk) -> MakeFigure:

@@ -233,7 +233,8 @@ def walk(
 ) -> None:  # fmt: skip
     """Walk, get pushed, recover; tell what happened.
 
-    Exits with 0 if the robot still walks, with 1 if it fell, with 2 if the command is wrong.
+    Exits with 0 if the robot still walks, with 1 if it fell or a body does not walk at the speed
+    that is commanded, with 2 if the command is wrong.
 
     Example: surefoot walk --push 176,0@1.1+0.2 --plot walk.png
     """

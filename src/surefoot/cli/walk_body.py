@@ -14,6 +14,7 @@ from surefoot.errors import ParameterError
 if TYPE_CHECKING:
     from surefoot.control.body_control import BodyControl
     from surefoot.models.pushes import Push
+    from surefoot.models.robot import Robot
     from surefoot.models.steering import Steering
     from surefoot.simulation.body_noise import BodyNoise
     from surefoot.simulation.body_plant import Surroundings
@@ -66,15 +67,21 @@ class World:
             self.friction, self.payload, 1.0 + self.mass_error, self.bumps, self.seed
         )
 
-    def noise(self) -> BodyNoise:
-        """What the sensors do.
+    def check_noise(self) -> None:
+        """Refuse what no sensor does, before any robot is loaded.
 
         Raises:
             ParameterError: a value is out of range.
         """
         from surefoot.simulation.body_noise import BodyNoise
 
-        return BodyNoise(delay=self.delay, seed=self.seed)
+        BodyNoise(delay=self.delay, seed=self.seed)
+
+    def noise(self, robot: Robot) -> BodyNoise:
+        """What the sensors of a robot do."""
+        from surefoot.simulation.body_noise import BodyNoise
+
+        return BodyNoise.of(robot, delay=self.delay, seed=self.seed)
 
 
 @dataclass(frozen=True)
@@ -116,7 +123,7 @@ def refuse_others(simulator: str) -> None:
 
 
 def walk_body(walk: BodyWalk, as_json: bool) -> None:
-    """Walk, tell, draw, film; exits with 1 if the robot fell."""
+    """Walk, tell, draw, film; exits with 1 if the robot fell, or does not go where it is told."""
     if walk.truth and given("delay"):
         raise ParameterError(
             "--delay without --truth: the true state is never late",
@@ -134,7 +141,7 @@ def walk_body(walk: BodyWalk, as_json: bool) -> None:
     # What is wrong in these is told at once, not after a minute of compiling.
     route_of(walk)
     walk.world.surroundings()
-    walk.world.noise()
+    walk.world.check_noise()
     with compiling_notice(8.0, "a minute"):
         control = make_control(walk)
         # What a walk compiles, it compiles in its first cycles.
@@ -147,7 +154,9 @@ def walk_body(walk: BodyWalk, as_json: bool) -> None:
     if walk.video is not None:
         _film(rollout, walk.video)
     _tell(rollout, as_json)
-    sys.exit(1 if rollout.fallen else 0)
+    from surefoot.viewers.body_summary import makes_way
+
+    sys.exit(0 if not rollout.fallen and makes_way(rollout) else 1)
 
 
 def make_control(walk: BodyWalk) -> BodyControl:
@@ -207,7 +216,7 @@ def _simulate(walk: BodyWalk, control: BodyControl) -> Rollout:
         walk.pushes,
         steering=route_of(walk),
         surroundings=walk.world.surroundings(),
-        noise=None if walk.truth else walk.world.noise(),
+        noise=None if walk.truth else walk.world.noise(control.multibody.robot),
         estimator=TRUTH if walk.truth else None,
     )
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +18,11 @@ from surefoot.checks import check_number
 from surefoot.control.body_walk import (
     BODY_LIMITS,
     BODY_WALK,
+    DOWN,
+    LEAST_FLIGHT,
+    LEAST_RISE,
     SHIFT,
+    SOON_DOWN,
     STAND,
     WALK,
     BodyKernels,
@@ -34,13 +39,33 @@ from surefoot.models.joint_command import JointCommand
 from surefoot.models.legs import find_legs
 from surefoot.models.mechanics import Mechanics
 from surefoot.models.multibody import Multibody
+from surefoot.models.own_units import OwnUnits
 from surefoot.models.record import copy_array, new_array
 
 STAND_GAIN = 1.0
 """How far beyond the DCM the ZMP goes, per distance from the middle of the feet [-]."""
 
-MOST_BRAKING = 40.0
-"""Of a foot that comes near to its fellow, if its leg has no limit [m/s^2]."""
+MOST_BRAKING = 4.08
+"""Of a foot that comes near to its fellow, in g: its leg may have no limit."""
+
+TOUCH_FORCE = 0.03
+"""Part of the weight from which on a force may be that of a landing."""
+
+_OWN = MappingProxyType(
+    {
+        "settle_time": ("s", 1.05),
+        "shift_time": ("s", 2.1),
+        "place_rate": ("1/s", 0.143),
+        "most_correction": ("m/s", 0.0535),
+        "most_change": ("m/s^2", 0.00306),
+        "furthest": ("m", 0.375),
+        "most_drop": ("m", 0.15),
+        "height_stiffness": ("1/s^2", 3.26),
+        "most_lift": ("m/s^2", 0.816),
+        "sink": ("m/s", 0.178),
+    }
+)
+"""Units of the parameters that follow from the robot, and their defaults in `OwnUnits`."""
 
 FIRST_STEPS = 2
 """Steps in place before the commanded velocity, and before a stand."""
@@ -77,86 +102,87 @@ class BodyState:
 class BodyControl:
     """Walks a body with a controller of the point mass.
 
+    What is None follows from the robot, see `OwnUnits`.
+
     Args:
         controller: of a robot as `walking_robot` makes it from the multibody's; any method.
         multibody: the mechanism as the control believes it to be.
         mapping: from reference to motors.
         first_support: the foot that carries in the first step.
-        settle_time: standing before the first step [s].
-        shift_time: in which the DCM is moved to where that begins [s].
-        place_rate: rate at which an error of place is removed; 0 holds no place [1/s].
-        most_correction: of the velocity, to either side [m/s].
-        most_change: of that correction; 0 never corrects [m/s^2].
-        furthest: the course waits for a robot that is this far from it [m].
-        knee_bend: of a leg that is not stretched further: sets the CoM's height in long steps
-            [rad].
-        most_drop: of the CoM [m].
-        height_stiffness: of the CoM's height [1/s^2].
-        most_lift: largest vertical acceleration [m/s^2].
-        sink: speed of a foot that waits for the ground [m/s].
+        settle_time: standing before the first step; 1.05 / omega [s].
+        shift_time: in which the DCM is moved to where that begins; 2.1 / omega [s].
+        place_rate: rate at which an error of place is removed; 0 holds no place; 0.143 omega [1/s].
+        most_correction: of the velocity, to either side; 0.0535 sqrt(g h) [m/s].
+        most_change: of that correction; 0 never corrects; 0.00306 g [m/s^2].
+        furthest: the course waits for a robot that is this far from it; 0.375 h [m].
+        knee_bend: least one of a leg, sets the CoM's height in long steps [rad].
+        most_drop: of the CoM; 0.15 h [m].
+        height_stiffness: of the CoM's height; 3.26 omega^2 [1/s^2].
+        most_lift: largest vertical acceleration; 0.816 g [m/s^2].
+        sink: speed of a foot that waits for the ground; 0.178 sqrt(g h) [m/s].
     """
 
     controller: Controller
     multibody: Multibody
     mapping: Mapping
     first_support: Side = Side.RIGHT
-    settle_time: float = 0.3
-    shift_time: float = 0.6
-    place_rate: float = 0.5
-    most_correction: float = 0.15
-    most_change: float = 0.03
-    furthest: float = 0.3
+    settle_time: float | None = None
+    shift_time: float | None = None
+    place_rate: float | None = None
+    most_correction: float | None = None
+    most_change: float | None = None
+    furthest: float | None = None
     knee_bend: float = 0.3
-    most_drop: float = 0.12
-    height_stiffness: float = 40.0
-    most_lift: float = 8.0
-    sink: float = 0.5
+    most_drop: float | None = None
+    height_stiffness: float | None = None
+    most_lift: float | None = None
+    sink: float | None = None
     mechanics: Mechanics = field(init=False, repr=False, compare=False)
     limits: NDArray[np.void] = field(init=False, repr=False, compare=False)
     kernels: BodyKernels = field(init=False, repr=False, compare=False)
     hold: Hold = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        for name, unit in (
-            ("settle_time", "s"),
-            ("place_rate", "1/s"),
-            ("most_correction", "m/s"),
-            ("most_change", "m/s^2"),
-            ("furthest", "m"),
-            ("knee_bend", "rad"),
-            ("most_drop", "m"),
-            ("sink", "m/s"),
-        ):
-            check_number(name, getattr(self, name), 0.0, unit)
-        for name, unit in (
-            ("shift_time", "s"),
-            ("height_stiffness", "1/s^2"),
-            ("most_lift", "m/s^2"),
-        ):
-            check_number(name, getattr(self, name), 0.0, unit, above=True)
+        check_number("knee_bend", self.knee_bend, 0.0, "rad")
+        own = OwnUnits.of(self.controller.robot).fill(self, _OWN)
+        for name in ("shift_time", "height_stiffness", "most_lift"):
+            check_number(name, own[name], 0.0, _OWN[name][0], above=True)
         object.__setattr__(self, "mechanics", Mechanics(self.multibody))
-        object.__setattr__(self, "limits", self._limits())
+        object.__setattr__(self, "limits", self._limits(own))
         object.__setattr__(self, "kernels", body_kernels())
-        hold = Hold(self.place_rate, self.most_correction, self.most_change)
+        hold = Hold(own["place_rate"], own["most_correction"], own["most_change"])
         object.__setattr__(self, "hold", hold)
 
-    def _limits(self) -> NDArray[np.void]:
-        robot, multibody = self.controller.robot, self.multibody
+    def _limits(self, own: dict[str, float]) -> NDArray[np.void]:
+        robot, multibody, gait = self.controller.robot, self.multibody, self.controller.gait
         limits, legs = new_array(BODY_LIMITS), find_legs(multibody)
+        shortest = robot.gait.step_duration[0]
         limits["omega"], limits["height"] = robot.omega, robot.com_height
         limits["hip"], limits["mass"] = legs.hip, multibody.mass
         limits["leg"] = legs.length(self.knee_bend)
         limits["ankle"], limits["hip_over_com"] = legs.ankle, legs.over_com
         limits["hip_ahead"] = legs.ahead_of_com
-        limits["most_drop"], limits["stiffness"] = self.most_drop, self.height_stiffness
-        limits["most_acceleration"], limits["sink"] = self.most_lift, self.sink
-        limits["period"] = self.controller.period
-        limits["apex"] = robot.swing.height
-        limits["landing_velocity"] = robot.swing.landing_velocity
-        limits["step_duration"] = self.controller.gait.step_duration
-        limits["apart"] = robot.hip + robot.gait.step_y[0]
-        limits["braking"] = min(robot.swing.max_acceleration, MOST_BRAKING)
-        limits["touch_force"] = 0.03 * multibody.mass * robot.gravity
+        for name, value in (
+            ("settle_time", own["settle_time"]),
+            ("shift_time", own["shift_time"]),
+            ("furthest", own["furthest"]),
+            ("most_drop", own["most_drop"]),
+            ("stiffness", own["height_stiffness"]),
+            ("most_acceleration", own["most_lift"]),
+            ("sink", own["sink"]),
+            ("period", self.controller.period),
+            ("apex", robot.swing.height),
+            ("landing_velocity", robot.swing.landing_velocity),
+            ("step_duration", gait.step_duration),
+            ("apart", robot.hip + robot.gait.step_y[0]),
+            ("braking", min(robot.swing.max_acceleration, MOST_BRAKING * robot.gravity)),
+            ("touch_force", TOUCH_FORCE * multibody.mass * robot.gravity),
+            ("soon_down", SOON_DOWN * robot.swing.height),
+            ("down", DOWN * robot.swing.height),
+            ("least_rise", LEAST_RISE * shortest),
+            ("least_flight", LEAST_FLIGHT * shortest),
+        ):
+            limits[name] = value
         return limits
 
     @cached_property
@@ -218,10 +244,14 @@ class BodyControl:
         zmp = dcm + STAND_GAIN * (dcm - 0.5 * (left + right))
         since = float(walk["now"][0] - walk["began"][0])
         heading = walk["heading"] = self._heading()
-        if walk["phase"][0] == STAND and not steering.standing and since >= self.settle_time:
+        if (
+            walk["phase"][0] == STAND
+            and not steering.standing
+            and since >= self.limits["settle_time"][0]
+        ):
             walk["phase"], walk["began"], since = SHIFT, walk["now"], 0.0
         if walk["phase"][0] == SHIFT:
-            rest = self.shift_time - since
+            rest = float(self.limits["shift_time"][0]) - since
             if rest < 1e-9:
                 return self._first_step(state)
             growth = math.exp(omega * rest)
@@ -322,15 +352,16 @@ class BodyControl:
             steering = Steering()
         x, y = mechanics.sole_position[:, :2].mean(axis=0)
         place = (float(x), float(y))
-        course = state.course.moved(steering, time).waiting_for(place, self.furthest)
+        course = state.course.moved(steering, time).waiting_for(
+            place, float(self.limits["furthest"][0])
+        )
         turn = steering.turning * state.controller.gait.step_duration
         memory = state.memory
         heading = course.heading + turn
         if heading != walk["heading"][0]:
             # Its memory is of another frame; at a touchdown it holds little that is not seen anew.
             walk["heading"], memory = heading, None
-        controller = state.controller
-        pull = state.pull
+        controller, pull = state.controller, state.pull
         if walking:
             elapsed = time - state.course.time
             error = course.error(place, heading)

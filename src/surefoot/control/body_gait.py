@@ -17,30 +17,40 @@ from surefoot.control.methods import method
 from surefoot.errors import ParameterError
 from surefoot.models.gait import GaitLimits
 from surefoot.models.interfaces import Controller
+from surefoot.models.legs import leg_limits
 from surefoot.models.multibody import Multibody
+from surefoot.models.own_units import OwnUnits
 from surefoot.models.robot import Foot, Robot
 from surefoot.models.swing import Swing
 
 SOLE_PART = 0.8
 """Of the sole, in which the controller may place the ZMP: the rest is for what it does not know."""
 
-NARROW = 0.01
-"""Width of the sole that a controller believes in if the ankle cannot push sideways [m]."""
+NARROW = 0.0125
+"""Width of the sole that a controller believes in if the ankle cannot push sideways, in heights of
+the CoM."""
 
-STEP_DURATION = (0.2, 0.5)
-"""Shortest and longest step, unless the body has its own limits of the gait [s]: heavy legs are not
-put down sooner, and a shorter step leaves the DCM less time."""
+STEP_DURATION = (0.7, 1.75)
+"""Shortest and longest step in 1 / omega, unless the body has its own limits of the gait: heavy
+legs are not put down sooner, and a shorter step leaves the DCM less time."""
 
-SWING = Swing(height=0.05, landing_velocity=0.05, max_speed=4.0, max_acceleration=40.0)
-"""Likewise how the feet swing: one that comes down faster is higher up when a late push sends it
-on, and strikes the floor on its way."""
+SWING = Swing(height=0.0625, landing_velocity=0.018, max_speed=1.43, max_acceleration=4.08)
+"""Likewise how the feet swing, in `OwnUnits`: heights of the CoM, sqrt(g h) and g. One that comes
+down faster is higher up when a late push sends it on, and strikes the floor on its way."""
 
-PARAMETERS = MappingProxyType({"unified": {"horizon": 0.1, "tau_weight": 0.01, "commitment": 0.1}})
-"""What a method does differently on a body, by its key in `control.methods`.
+LEG_SPEED, LEG_ACCELERATION = 0.9, 0.59
+"""Nor is a foot faster than this part of what the slower of hip pitch and roll can do with a leg
+that hangs straight down: the trunk turns the other way, the leg is carried, and the knee bends."""
+
+PARAMETERS = MappingProxyType(
+    {"unified": {"horizon": 0.5, "tau_weight": 0.0156, "commitment": 0.5}}
+)
+"""What a method does differently on a body, by its key in `control.methods`: times in shortest
+steps, and the weight of the duration in squared heights of the CoM.
 
 The unified controller steps sooner rather than wider, which friction and legs limit; it does not
 believe that a push goes on for long, since it sees what its model lacks as a push too; and a foot
-needs a tenth of a second to come down.
+needs half of the shortest step to come down.
 """
 
 
@@ -52,7 +62,8 @@ def walking_robot(multibody: Multibody) -> Robot:
             in the tables of this file.
     """
     robot, body = multibody.robot, multibody.body
-    width = NARROW if body.ankle_roll == "passive" else SOLE_PART * robot.foot.width
+    passive = body.ankle_roll == "passive"
+    width = NARROW * robot.com_height if passive else SOLE_PART * robot.foot.width
     hip = robot.hip if body.step_width is None else body.step_width
     gait = body.gait or _gait_of(robot, hip)
     return robot.replace(
@@ -60,18 +71,50 @@ def walking_robot(multibody: Multibody) -> Robot:
         hip=hip,
         foot=Foot(length=SOLE_PART * robot.foot.length, width=width),
         gait=gait,
-        swing=body.swing or SWING,
+        swing=body.swing or usual_swing(multibody),
     )
 
 
 def _gait_of(robot: Robot, hip: float) -> GaitLimits:
     """The robot's own limits, with the durations of a body and the same places of the soles."""
     low, high = robot.gait.step_y
+    shortest, longest = (part / robot.omega for part in STEP_DURATION)
     return msgspec.structs.replace(
         robot.gait,
-        step_duration=STEP_DURATION,
+        step_duration=(shortest, longest),
         step_y=(low + robot.hip - hip, high + robot.hip - hip),
     )
+
+
+def usual_swing(multibody: Multibody) -> Swing:
+    """How the feet of a mechanism swing whose robot does not say it: as `SWING`, if its hips can.
+
+    Args:
+        multibody: the mechanism; motors without limits limit nothing.
+    """
+    own = OwnUnits.of(multibody.robot)
+    speed, acceleration = leg_limits(multibody)
+    return Swing(
+        height=SWING.height * own.length,
+        landing_velocity=SWING.landing_velocity * own.speed,
+        max_speed=min(SWING.max_speed * own.speed, LEG_SPEED * speed),
+        max_acceleration=min(
+            SWING.max_acceleration * own.acceleration, LEG_ACCELERATION * acceleration
+        ),
+    )
+
+
+def body_parameters(key: str, robot: Robot) -> dict[str, Any]:
+    """What a method does differently on a body of a robot, from `PARAMETERS`, in SI units.
+
+    Args:
+        key: of the method, see `control.methods`.
+        robot: that `walking_robot` made.
+    """
+    shortest = robot.gait.step_duration[0]
+    # The weight on the duration stands against squares of lengths, whose weight is not scaled.
+    unit = {"horizon": shortest, "commitment": shortest, "tau_weight": robot.com_height**2}
+    return {name: value * unit[name] for name, value in PARAMETERS.get(key, {}).items()}
 
 
 def body_controller(
@@ -96,7 +139,7 @@ def body_controller(
             f"{key!r}, which leans it",
             "choose another controller, or walk the point mass",
         )
-    return one.controller(robot, velocity, **{**PARAMETERS.get(key, {}), **parameters})
+    return one.controller(robot, velocity, **{**body_parameters(key, robot), **parameters})
 
 
 def body_control(controller: Controller, multibody: Multibody) -> BodyControl:

@@ -36,6 +36,7 @@ BODY_WALK = np.dtype(
         ("now", "f8"),
         ("landed", "i8"),
         ("touched", "f8"),
+        ("touches", "i8"),
         ("heading", "f8"),
         ("swing_foot", "f8", (3,)),
         ("swing_foot_velocity", "f8", (3,)),
@@ -45,9 +46,9 @@ BODY_WALK = np.dtype(
     ],
 )
 """Phase; 0 or 1 for the left or right foot on the ground; steps done; when phase or step began, and
-now [s]; whether the swinging foot has just landed, and the sum of its forces since it touched the
-ground [N]; heading of the controller's frame [rad]; reference of the swinging sole in the world,
-now [m, rad]."""
+now [s]; whether the swinging foot has just landed, the sum of its forces since it touched the
+ground [N] and in how many cycles it did; heading of the controller's frame [rad]; reference of the
+swinging sole in the world, now [m, rad]."""
 
 BODY_LIMITS = np.dtype(
     [
@@ -58,6 +59,9 @@ BODY_LIMITS = np.dtype(
         ("ankle", "f8"),
         ("hip_over_com", "f8"),
         ("hip_ahead", "f8"),
+        ("settle_time", "f8"),
+        ("shift_time", "f8"),
+        ("furthest", "f8"),
         ("most_drop", "f8"),
         ("stiffness", "f8"),
         ("most_acceleration", "f8"),
@@ -70,18 +74,26 @@ BODY_LIMITS = np.dtype(
         ("step_duration", "f8"),
         ("apart", "f8"),
         ("braking", "f8"),
+        ("soon_down", "f8"),
+        ("down", "f8"),
+        ("least_rise", "f8"),
+        ("least_flight", "f8"),
     ],
 )
 """Natural frequency of the controller [1/s], height of the CoM and distance of the hips [m]; leg
 from hip to ankle at its longest, height of the ankle over the sole, middle of the hips over and
-ahead of the CoM, how far the CoM may sink [m]; stiffness of its height [1/s^2], largest vertical
+ahead of the CoM [m]; standing before the first step, and moving the DCM there [s]; how far the
+course goes ahead, and the CoM may sink [m]; stiffness of its height [1/s^2], largest vertical
 acceleration [m/s^2]; force that tells a landing [N]; speed of a foot that waits for the ground
 [m/s]; mass [kg]; control period [s]; apex of the foot [m], its speed at landing [m/s] and how long
 a step lasts in which it gets there [s]; least distance of the soles across [m], and how hard the
-foot can brake before it [m/s^2]."""
+foot can brake before it [m/s^2]; a sole that is higher cannot be landing, and one that is lower is
+about to [m]; nothing is to be reached sooner, and no sole lands that left the ground so shortly
+before [s]."""
 
-SOON_DOWN = 0.03
-"""A sole that is higher than this cannot be landing [m]."""
+SOON_DOWN = 0.6
+"""Part of its apex above which a sole cannot be landing: a floor that comes up to meet it is no
+higher."""
 
 RISE = 0.45
 """Part of a step in which the foot rises."""
@@ -89,15 +101,17 @@ RISE = 0.45
 NEARLY = 0.8
 """Part of the apex that counts as reached."""
 
-LEAST_RISE = 0.03
-"""Nothing is to be reached sooner [s]."""
+DOWN, UNEXPECTED = 0.2, 5
+"""Part of its apex below which a sole is about to land. Higher up, on a bump, it must touch for so
+many cycles in a row: a force for a few of them may be the fault of a sensor."""
+
+LEAST_RISE, LEAST_FLIGHT = 0.15, 0.3
+"""Parts of the shortest step: before the first nothing is to be reached, and before the second a
+sole that has left the ground does not land."""
 
 SURE = 3.0
 """Forces in a row that tell a landing must add up to this many of the smallest: one that is weak is
 noise, one that is strong is not waited for."""
-
-LEAST_FLIGHT = 0.06
-"""A sole that has just left the ground is not landing [s]."""
 
 
 @njit
@@ -157,12 +171,16 @@ def _has_landed(limits, walk, command, motion, forces):
     """Whether the swinging foot is on the ground: early, in time or late."""
     swing = 1 - walk.support
     elapsed = walk.now - walk.began
-    if elapsed < LEAST_FLIGHT or elapsed < 0.5 * command.step_duration:
+    if elapsed < limits.least_flight or elapsed < 0.5 * command.step_duration:
         return False
-    low = motion.sole_position[swing, 2] - motion.sole_position[walk.support, 2] < SOON_DOWN
-    touches = low and forces[swing] > limits.touch_force
-    walk.touched = walk.touched + forces[swing] if touches else 0.0
-    return walk.touched >= SURE * limits.touch_force
+    height = motion.sole_position[swing, 2] - motion.sole_position[walk.support, 2]
+    if not (height < limits.soon_down and forces[swing] > limits.touch_force):
+        walk.touched, walk.touches = 0.0, 0
+        return False
+    walk.touched += forces[swing]
+    walk.touches += 1
+    expected = height < limits.down or walk.touches >= UNEXPECTED
+    return expected and walk.touched >= SURE * limits.touch_force
 
 
 @njit
@@ -177,7 +195,8 @@ def _look(limits, walk, motion, command, forces, observation):
 def _begin_step(walk, support, motion):
     """The other foot carries: its fellow leaves the ground from where it is."""
     swing = 1 - support
-    walk.support, walk.began, walk.touched = support, walk.now, 0.0
+    walk.support, walk.began = support, walk.now
+    walk.touched, walk.touches = 0.0, 0
     walk.steps += 1
     for i in range(3):
         walk.swing_foot[i] = motion.sole_position[swing, i]
@@ -199,7 +218,7 @@ def _swing_height(limits, walk, duration):
     z, v, a = walk.swing_foot[2], walk.swing_foot_velocity[2], walk.swing_foot_acceleration[2]
     part = min(duration / limits.step_duration, 1.0)
     top, end, final = RISE * duration, limits.apex * part * part, 0.0
-    if top - elapsed < LEAST_RISE or z > NEARLY * end:
+    if top - elapsed < limits.least_rise or z > NEARLY * end:
         top, end, final = duration, 0.0, -limits.landing_velocity
     left = top - elapsed
     if left > period:

@@ -35,11 +35,11 @@ from surefoot.control.inverse_dynamics_rows import (
     zmp_rows,
 )
 from surefoot.control.task_weights import (
-    DEFAULT_STIFFNESSES,
-    DEFAULT_WEIGHTS,
     STIFFNESSES,
     WEIGHTS,
     filled,
+    usual_stiffnesses,
+    usual_weights,
 )
 from surefoot.models.body_reference import BODY_REFERENCE
 from surefoot.models.joint_command import JointCommand
@@ -84,7 +84,7 @@ def assemble(
         if ref.stands[side] == 1:
             r = stand_rows(w, k, jacobians[side], speeds[side], drifts[side], rows, right, r)
             for i in range(WRENCH):
-                unit = weight if i < 3 else weight * MOMENT_ARM
+                unit = weight if i < 3 else weight * g.arm
                 block = 3 * (i // 3)
                 for c in range(nv):
                     total = 0.0
@@ -105,8 +105,10 @@ def assemble(
     r = trunk_rows(w, k, ref, motion[0].base_axes, turning, base_dof + 3, error, rows, right, r)
     _squares(rows, right, r, n, hessian, slope)
     for i in range(n):
-        hessian[i, i] += w.acceleration if i < nv else w.wrench
+        hessian[i, i] += w.turning if i < nv else w.wrench
         low[i], high[i] = -FREE, FREE
+    for i in range(base_dof, base_dof + 3):
+        hessian[i, i] += w.acceleration - w.turning
     posture_and_bounds(w, k, joints, position, velocity, hessian, slope, low, high)
     matrix[:] = 0.0
     r = 0
@@ -276,8 +278,10 @@ class InverseDynamics:
             self,
             "_workspace",
             {
-                "weights": filled(WEIGHTS, DEFAULT_WEIGHTS, self.weights),
-                "stiffness": filled(STIFFNESSES, DEFAULT_STIFFNESSES, self.stiffnesses),
+                "weights": filled(WEIGHTS, usual_weights(multibody.robot), self.weights),
+                "stiffness": filled(
+                    STIFFNESSES, usual_stiffnesses(multibody.robot), self.stiffnesses
+                ),
                 "ground": self._ground(),
                 "joints": self._joints(),
                 "passive": multibody.passive_dofs.astype(np.int64),
@@ -300,6 +304,7 @@ class InverseDynamics:
         ground = new_array(GROUND)
         ground["friction"], ground["most_force"] = self.friction, self.most_force
         ground["half"] = np.array(multibody.robot.foot.half) * self.sole_part
+        ground["arm"] = MOMENT_ARM * multibody.robot.com_height
         ground["mass"] = multibody.mass
         ground["gravity"] = -multibody.model.opt.gravity[2]
         ground["rolls"] = len(multibody.passive_dofs) > 6
@@ -368,7 +373,7 @@ class InverseDynamics:
         count = s.get("count", 0)
         solution = s.get("solution", np.zeros(nv))
         weight = float(ground["mass"][0] * ground["gravity"][0])
-        units = weight * np.array([1.0, 1.0, 1.0, MOMENT_ARM, MOMENT_ARM, MOMENT_ARM])
+        units = weight * np.array([1.0] * 3 + [float(ground["arm"][0])] * 3)
         multipliers = s["about"]["lam"] if "about" in s else np.zeros(0)
         return Answer(
             acceleration=solution[:nv].copy(),

@@ -1,10 +1,10 @@
 """Tasks and constraints of whole-body inverse dynamics, as the rows of a quadratic program.
 
 Unknown are the generalised accelerations and one wrench for each sole that carries, in the axes of
-that sole and as parts of the weight (moments of a tenth of it on a lever of 1 m). A sum of squares
-of weighted task errors is to be least; the equations of motion of what no motor moves are kept
-exactly, and friction, soles, torques, joint positions and speeds as inequalities. Own arrangement
-of the inverse dynamics of [Feng2015] and [Herzog2016]; what differs is the ZMP task.
+that sole and as parts of the weight (moments on a lever of an eighth of the CoM's height). A sum of
+squares of weighted task errors is to be least; the equations of motion of what no motor moves are
+kept exactly, and friction, soles, torques, joint positions and speeds as inequalities. Own
+arrangement of the inverse dynamics of [Feng2015] and [Herzog2016]; what differs is the ZMP task.
 """
 
 from __future__ import annotations
@@ -19,15 +19,16 @@ GROUND = np.dtype(
     [
         ("friction", "f8"),
         ("half", "f8", (2,)),
+        ("arm", "f8"),
         ("most_force", "f8"),
         ("mass", "f8"),
         ("gravity", "f8"),
         ("rolls", "i8"),
     ],
 )
-"""Friction coefficient; how far the ZMP may be from the centre of the sole (x, y) [m]; largest
-vertical force on one sole, in weights; mass [kg], gravity [m/s^2]; whether the ankles roll
-passively."""
+"""Friction coefficient; how far the ZMP may be from the centre of the sole (x, y) [m]; unit of the
+moments over the weight [m]; largest vertical force on one sole, in weights; mass [kg], gravity
+[m/s^2]; whether the ankles roll passively."""
 
 JOINTS = np.dtype(
     [
@@ -44,8 +45,8 @@ JOINTS = np.dtype(
 [N m], speed [rad/s]."""
 
 WRENCH = 6
-MOMENT_ARM = 0.1
-"""Unit of the moments over the weight [m]."""
+MOMENT_ARM = 0.125
+"""Unit of the moments over the weight, in heights of the CoM."""
 
 WRENCH_ROWS = 10
 """Inequalities on the wrench of a sole."""
@@ -80,7 +81,8 @@ def rotation_error(axes, roll, pitch, yaw, error):
 def stand_rows(weights, stiffness, jacobian, velocity, drift, rows, right, r):
     """A sole that carries stays where it is; how much it may turn is weighted by itself."""
     for i in range(6):
-        root = math.sqrt(weights.contact if i < 5 else weights.contact_yaw)
+        weight = weights.contact if i < 3 else weights.contact_turn
+        root = math.sqrt(weight if i < 5 else weights.contact_yaw)
         for c in range(jacobian.shape[1]):
             rows[r, c] = root * jacobian[i, c]
         right[r] = root * (-drift[i] - stiffness.contact * velocity[i])
@@ -151,7 +153,7 @@ def zmp_rows(weights, ground, reference, place, axes, nv, rows, right, r):
         along = axes[0, axis] * away_x + axes[1, axis] * away_y
         # x = -m_y / f_z, y = m_x / f_z.
         rows[r, nv + (4 if axis == 0 else 3)] = (
-            -root * MOMENT_ARM if axis == 0 else root * MOMENT_ARM
+            -root * ground.arm if axis == 0 else root * ground.arm
         )
         rows[r, nv + 2] = -root * along
         right[r] = 0.0
@@ -210,8 +212,8 @@ def ground_rows(ground, count, nv, n, matrix, low, high, r):
     reach = 0.5 * (ground.half[0] + ground.half[1])
     most = (
         ground.friction, ground.friction, 0.0,
-        ground.half[1] / MOMENT_ARM, ground.half[0] / MOMENT_ARM,
-        ground.friction * reach / MOMENT_ARM,
+        ground.half[1] / ground.arm, ground.half[0] / ground.arm,
+        ground.friction * reach / ground.arm,
     )  # fmt: skip
     for side in range(count):
         first = nv + WRENCH * side

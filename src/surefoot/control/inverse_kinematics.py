@@ -12,6 +12,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cache
+from types import MappingProxyType
 from typing import Any
 
 import numba
@@ -25,9 +26,17 @@ from surefoot.models.body_reference import BODY_REFERENCE
 from surefoot.models.joint_command import JointCommand
 from surefoot.models.mechanics import MOTION, Mechanics
 from surefoot.models.multibody import Multibody
+from surefoot.models.own_units import OwnUnits
 
-DAMPING = 1e-4
-"""Of the least squares: what a joint's velocity costs, where a sole's has 1 [m^2]."""
+DAMPING = 1.56e-4
+"""Of the least squares: what a joint's velocity costs, where a sole's has 1, in squared heights of
+the CoM."""
+
+TURN = 1.25
+"""What an error of 1 rad counts, where soles and CoM have 1, in heights of the CoM."""
+
+_OWN = MappingProxyType({"stiffness": ("N m/rad", 3.75), "damping": ("N m s/rad", 0.394)})
+"""Units of the servos' parameters, and their defaults in `OwnUnits`."""
 
 TASK_ROWS = 18
 """Two soles of six rows, CoM and trunk of three."""
@@ -98,10 +107,10 @@ class InverseKinematics:
 
     Args:
         multibody: the mechanism.
-        rate: at which errors of place are removed [1/s].
-        stiffness: of the servos [N m/rad].
-        damping: likewise [N m s/rad].
-        trunk_weight: of the trunk's orientation, where soles and CoM have 1 [-].
+        rate: at which errors of place are removed; a fifth in a cycle, whoever's it is [1/s].
+        stiffness: of the servos; 3.75 m g h if None [N m/rad].
+        damping: likewise; 0.394 m g h / omega [N m s/rad].
+        trunk_weight: of the trunk's orientation, where that of a sole has 1 [-].
         period: control period [s].
 
     Raises:
@@ -110,8 +119,8 @@ class InverseKinematics:
 
     multibody: Multibody
     rate: float = 200.0
-    stiffness: float = 2000.0
-    damping: float = 60.0
+    stiffness: float | None = None
+    damping: float | None = None
     trunk_weight: float = 0.3
     period: float = 0.001
     _workspace: dict[str, Any] = field(init=False, repr=False, compare=False)
@@ -119,26 +128,30 @@ class InverseKinematics:
     def __post_init__(self) -> None:
         for name, unit in (
             ("rate", "1/s"),
-            ("stiffness", "N m/rad"),
-            ("damping", "N m s/rad"),
             ("trunk_weight", "-"),
             ("period", "s"),
         ):
             check_number(name, getattr(self, name), 0.0, unit, above=True)
         nv, model = self.multibody.model.nv, self.multibody.model
+        own = OwnUnits.of(self.multibody.robot)
+        servos = own.fill(self, _OWN)
+        for name, value in servos.items():
+            check_number(name, value, 0.0, _OWN[name][0], above=True)
         weights = np.ones(TASK_ROWS)
-        weights[-3:] = self.trunk_weight
+        weights[[3, 4, 5, 9, 10, 11]] = TURN * own.length
+        weights[-3:] = TURN * own.length * self.trunk_weight
         motors = self.multibody.motors
         limited = model.jnt_limited[motors].astype(bool)
         ranges = model.jnt_range[motors]
         command = JointCommand(len(motors), nv)
-        command.stiffness, command.damping = self.stiffness, self.damping
+        command.stiffness, command.damping = servos["stiffness"], servos["damping"]
         workspace = {
             "solve": _compiled(),
             "com_jacobian": np.zeros((3, nv)),
             "targets": np.zeros((2, 4)),
             "stood": [0, 0],
             "weights": weights,
+            "least": DAMPING * own.length**2,
             "rows": np.zeros((TASK_ROWS, nv)),
             "velocity": np.zeros(nv),
             "low": np.where(limited, ranges[:, 0], -np.inf),
@@ -163,7 +176,8 @@ class InverseKinematics:
         m.com_jacobian(s["com_jacobian"])
         s["solve"](
             reference, m.motion, m.sole_jacobian, s["com_jacobian"], self.multibody.base_dof,
-            s["targets"], s["weights"], self.rate, self.period, DAMPING, s["rows"], s["velocity"],
+            s["targets"], s["weights"], self.rate, self.period, s["least"], s["rows"],
+            s["velocity"],
         )  # fmt: skip
         return s["velocity"]
 

@@ -46,13 +46,21 @@ BASE = np.dtype(
         ("bias", "f8", (3,)),
         ("turning", "f8", (3,)),
         ("standing", "f8", (2,)),
+        ("load", "f8", (2,)),
+        ("evidence", "f8", (2,)),
+        ("withheld", "f8", (2, 3)),
+        ("doubts", "i8", (4,)),
         ("covariance", "f8", (ERRORS, ERRORS)),
         ("cycles", "i8"),
     ]
 )
 """Quaternion; velocity [m/s], position [m], soles [m] and their headings [rad] in the world; offset
 of the gyroscope and angular velocity in the frame of the base [rad/s]; for how long each sole has
-stood, 0 if it does not [s]; covariance of the errors; how many cycles there were."""
+stood, 0 if it does not [s]; force on each sole that noise does not explain, and how much speaks for
+one, see `models.body_state` [N]; sums of what gyroscope and accelerometer said in readings in a row
+that were not believed, over what was expected [rad/s, m/s^2], and how many there were: of
+gyroscope, accelerometer, left and right sole; covariance of the errors; how many cycles there
+were."""
 
 BASE_NOISE = np.dtype(
     [
@@ -67,15 +75,18 @@ BASE_NOISE = np.dtype(
         ("twist", "f8"),
         ("swing_twist", "f8"),
         ("floor", "f8"),
+        ("force", "f8"),
         ("load", "f8"),
+        ("settling", "f8"),
         ("period", "f8"),
     ]
 )
 """Standard deviations: encoder [rad], gyroscope [rad/s], accelerometer [m/s^2], first offset of the
 gyroscope [rad/s] and its random walk [rad/s^1.5]; random walk of a sole that stands with full
 weight, what is added to it with none and at touchdown [m/s^0.5]; of its heading while both stand,
-and what is added to it while the other leg swings [rad/s^0.5]; height of the floor [m]. Half of the
-robot's weight [N], and the period [s]."""
+and what is added to it while the other leg swings [rad/s^0.5]; height of the floor [m]; forces on
+the soles [N]. Half of the robot's weight [N]; within which a foot comes to rest after touchdown,
+but for 1 / e of its motion, and the period [s]."""
 
 ROW = np.dtype(
     [
@@ -91,9 +102,6 @@ errors, from the first to before the last, are to blame if that is too much."""
 
 TRUSTED = 3.0
 """Standard deviations beyond which a foot has slipped."""
-
-SETTLING = 0.03
-"""Within which a foot comes to rest after touchdown, but for 1 / e of its motion [s]."""
 
 
 @njit
@@ -156,16 +164,16 @@ def _carry_rows(c, force, R, dt):
 
 
 @njit
-def landing(base, foot) -> float:
+def landing(base, noise, foot) -> float:
     """How much of a touchdown is left: 1 when a foot touches down, then less; 0 in the air."""
-    return math.exp(-base.standing[foot] / SETTLING) if base.standing[foot] > 0.0 else 0.0
+    return math.exp(-base.standing[foot] / noise.settling) if base.standing[foot] > 0.0 else 0.0
 
 
 @njit
 def _loosen_foot(base, noise, foot, load, alone):
     """A standing sole is less certain after a period: the lighter it is, and if it is `alone`."""
     light = 1.0 - min(max(load / noise.load, 0.0), 1.0) if math.isfinite(load) else 1.0
-    fresh = landing(base, foot)
+    fresh = landing(base, noise, foot)
     slip = noise.slip**2 + (light * noise.light_slip) ** 2 + (fresh * noise.landing_slip) ** 2
     twist = noise.twist**2 + (noise.swing_twist**2 if alone else 0.0)
     base.standing[foot] += noise.period

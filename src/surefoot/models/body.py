@@ -39,7 +39,8 @@ class Body(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True
             spring: a flat sole without any would keep the pelvis from moving sideways.
         locked: joints that are held rigid, as patterns such as ``"*_elbow"``; they weigh but do not
             move.
-        leg_radius: of the capsules along thigh and shank that must not touch each other [m].
+        leg_radius: of the capsules along thigh and shank that must not touch each other; a
+            sixteenth of the CoM's height if None [m].
         posture: angle of joints in the nominal pose, 0 if not named; locked ones stay there [rad].
         torque: limit of joints by pattern, where the model has none or another [N m].
         speed: likewise of their velocity [rad/s].
@@ -59,7 +60,7 @@ class Body(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True
     package: str = ""
     trunk: str = ""
     locked: tuple[str, ...] = ()
-    leg_radius: float = 0.05
+    leg_radius: float | None = None
     posture: dict[str, float] = {}
     torque: dict[str, float] = {}
     speed: dict[str, float] = {}
@@ -90,7 +91,7 @@ class Body(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True
                 f"{list(self.sole)}",
                 "measure the centre of the underside in the frame of the left foot",
             )
-        if not (math.isfinite(self.leg_radius) and self.leg_radius > 0.0):
+        if self.leg_radius is not None and not (0.0 < self.leg_radius < math.inf):
             raise RobotError(
                 "`leg_radius` of the body to be positive [m]",
                 f"{self.leg_radius}",

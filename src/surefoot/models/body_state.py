@@ -1,10 +1,11 @@
 """The state of a robot with a body from what it senses: encoders, inertial unit, feet.
 
-In a cycle the joints are filtered (`joint_filter`), the base follows from the inertial unit and
-the standing feet (`base_filter`), and what was measured late is carried on to the present with the
-accelerations that the controller has asked for since. The result is what MuJoCo calls qpos and
-qvel: position and quaternion of the base, then the angles; the base's velocity in the world, its
-angular velocity in its own frame, then the joints' velocities.
+In a cycle readings that nothing explains are left out (`believed_readings`), the joints are
+filtered (`joint_filter`), the base follows from the inertial unit and the standing feet
+(`base_filter`), and what was measured late is carried on to the present with the accelerations that
+the controller has asked for since. The result is what MuJoCo calls qpos and qvel: position and
+quaternion of the base, then the angles; the base's velocity in the world, its angular velocity in
+its own frame, then the joints' velocities.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cache
+from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
@@ -24,24 +26,29 @@ from surefoot.errors import ParameterError
 from surefoot.models.base_filter import (
     BASE,
     BASE_NOISE,
-    BIAS,
-    POSITION,
-    TILT,
     carry_on,
     landing,
     listen_to_feet,
-    put_foot,
 )
+from surefoot.models.believed_readings import (
+    FREE,
+    JERK,
+    OWN_JERK,
+    all_finite,
+    see_acceleration,
+    see_joints,
+    see_turning,
+    weigh,
+)
+from surefoot.models.body_state_start import begin
 from surefoot.models.estimator import whole_cycles
 from surefoot.models.joint_filter import JOINT, correct_joint, predict_joint
 from surefoot.models.leg_kinematics import LINK, SOLES, find_soles, leg_links
 from surefoot.models.lipm import STANDARD_GRAVITY
 from surefoot.models.multibody import Multibody
+from surefoot.models.own_units import OwnUnits
 from surefoot.models.quaternion import rotation_matrix, turned
 from surefoot.models.record import copy_array, new_array
-
-FREE = 6
-"""Degrees of freedom of the base, in front of those of the joints."""
 
 SETTINGS = np.dtype(
     [
@@ -49,15 +56,39 @@ SETTINGS = np.dtype(
         ("rate", "f8"),
         ("surprise", "f8"),
         ("landing_surprise", "f8"),
+        ("jerk", JERK),
         ("delay", "i8"),
     ]
 )
 """Noise of the base's filter, of the joints' velocities [rad/s], error of the expected joint
-accelerations, and what is added to it at touchdown [rad/s^2], age of the senses in cycles."""
+accelerations, and what is added to it at touchdown [rad/s^2]; what is believed at once, and age of
+the senses in cycles."""
 
 TOUCH = 0.06
 """Part of its load from which on a swinging sole meets the ground: joints are jolted before it is
 believed to stand."""
+
+FORCE_PART = 0.003
+"""Standard deviation of the force on a sole, of the weight: load cells are chosen for the robot
+that they carry, and are as exact as that part of their range."""
+
+SETTLING = 0.105
+"""Within which a foot comes to rest after touchdown, but for 1 / e of its motion, in 1 / omega."""
+
+_OWN = MappingProxyType(
+    {
+        "surprise": ("rad/s^2", 0.408),
+        "landing_surprise": ("rad/s^2", 4.89),
+        "slip": ("m/s^0.5", 3.34e-4),
+        "light_slip": ("m/s^0.5", 0.2),
+        "landing_slip": ("m/s^0.5", 0.0668),
+        "twist": ("rad/s^0.5", 1.07e-4),
+        "swing_twist": ("rad/s^0.5", 0.0107),
+        "floor": ("m", 0.0125),
+        "force": ("N", FORCE_PART),
+    }
+)
+"""Units of the parameters that follow from the robot, and their defaults in `OwnUnits`."""
 
 BIAS_WALK = 1e-5
 """How a gyroscope's offset wanders [rad/s^1.5]."""
@@ -73,6 +104,7 @@ _NOISE = {
     "twist": "twist",
     "swing_twist": "swing_twist",
     "floor": "floor",
+    "force": "force",
     "period": "period",
 }
 """Fields of `BASE_NOISE` by the parameters they are."""
@@ -83,16 +115,9 @@ _UNITS = {
     "gyro": "rad/s",
     "accelerometer": "m/s^2",
     "gyro_bias": "rad/s",
-    "surprise": "rad/s^2",
-    "landing_surprise": "rad/s^2",
-    "slip": "m/s^0.5",
-    "light_slip": "m/s^0.5",
-    "landing_slip": "m/s^0.5",
-    "twist": "rad/s^0.5",
-    "swing_twist": "rad/s^0.5",
-    "floor": "m",
     "period": "s",
 }
+"""Of the parameters that a sensor or the loop has, whoever's they are."""
 
 
 class BodySenses(NamedTuple):
@@ -131,37 +156,14 @@ class BodyMemory(NamedTuple):
 
 
 @njit
-def _all_finite(values):
-    total = 0.0
-    for i in range(values.shape[0]):
-        total += values[i]
-    return math.isfinite(total)
-
-
-@njit
-def _see_acceleration(noise, base, gyro, accelerometer, past, R, acceleration):
-    """Acceleration and angular velocity of the base; what is not measured is as expected."""
-    for i in range(3):
-        acceleration[i] = past[i]
-        base.turning[i] += past[3 + i] * noise.period
-    if _all_finite(gyro):
-        for i in range(3):
-            base.turning[i] = gyro[i] - base.bias[i]
-    if _all_finite(accelerometer):
-        for i in range(3):
-            acceleration[i] = -STANDARD_GRAVITY if i == 2 else 0.0
-            for k in range(3):
-                acceleration[i] += R[i, k] * accelerometer[k]
-
-
-@njit
 def _filter_base(settings, base, links, angles, gyro, accelerometer, force, feet, past):
     """Base at the time of the senses; if an encoder is silent, the feet say nothing."""
     noise, R, acceleration = settings.base, np.empty((3, 3)), np.empty(3)
     rotation_matrix(base.orientation, R)
-    _see_acceleration(noise, base, gyro, accelerometer, past, R, acceleration)
+    see_turning(settings, base, gyro, past)
+    see_acceleration(settings, base, accelerometer, past, R, acceleration)
     carry_on(base, noise, acceleration)
-    if not _all_finite(angles):
+    if not all_finite(angles):
         return
     soles = np.zeros(1, SOLES)[0]
     find_soles(links, angles, soles)
@@ -206,15 +208,20 @@ def _estimate(
     # The oldest of the ring led to these senses, the others have acted since.
     oldest = (now + 1) % ring * size
     past = expected[oldest : oldest + size]
-    _filter_base(settings[0], base[0], links, angles, gyro, accelerometer, force, feet, past)
-    noise, fresh = settings[0], max(landing(base[0], 0), landing(base[0], 1))
+    weigh(settings[0], base[0], force)
+    told = np.empty((3, joints.shape[0]))
+    see_joints(settings[0], joints, angles, velocities, past, told)
+    _filter_base(settings[0], base[0], links, told[2], gyro, accelerometer, force, feet, past)
+    noise, fresh = settings[0], 0.0
     for foot in range(2):
-        if feet[foot] == 0 and force[foot] > TOUCH * noise.base.load:
+        fresh = max(fresh, landing(base[0], noise.base, foot))
+    for foot in range(2):
+        if feet[foot] == 0 and base[0].load[foot] > TOUCH * noise.base.load:
             fresh = 1.0
     surprise = math.sqrt(noise.surprise**2 + (fresh * noise.landing_surprise) ** 2)
     for k in range(joints.shape[0]):
         predict_joint(joints[k], past[FREE + k], surprise, noise.base.period)
-        correct_joint(joints[k], angles[k], velocities[k], noise.base.encoder, noise.rate)
+        correct_joint(joints[k], told[0, k], told[1, k], noise.base.encoder, noise.rate)
     _write(base[0], joints, qpos, qvel)
     for age in range(delay - 1, -1, -1):
         then = (now - age) % ring * size
@@ -222,51 +229,12 @@ def _estimate(
     base[0].cycles = now + 1
 
 
-@njit
-def _begin(settings, links, base, joints, angles, velocities, accelerometer):
-    """Both feet stand: the middle of the soles is the origin, and the base heads along x."""
-    noise, soles, R = settings[0].base, np.zeros(1, SOLES)[0], np.empty((3, 3))
-    state, c = base[0], base[0].covariance
-    x, y, z = accelerometer[0], accelerometer[1], accelerometer[2]
-    upright, level = np.array((1.0, 0.0, 0.0, 0.0)), np.array((0.0, 0.0, 0.0))
-    level[1] = math.atan2(-x, math.sqrt(y * y + z * z))
-    turned(upright, level, state.orientation)
-    level[0], level[1] = math.atan2(y, z), 0.0
-    turned(state.orientation, level, state.orientation)
-    for k in range(joints.shape[0]):
-        joints[k].angle, joints[k].velocity = angles[k], velocities[k]
-        joints[k].covariance[0] = settings[0].base.encoder ** 2
-        joints[k].covariance[2] = settings[0].rate ** 2
-    find_soles(links, angles, soles)
-    rotation_matrix(state.orientation, R)
-    for i in range(3):
-        for k in range(3):
-            state.position[i] -= 0.5 * R[i, k] * (soles.position[0, k] + soles.position[1, k])
-        c[BIAS + i, BIAS + i] = noise.bias**2
-    _lean(c, state.position, noise.accelerometer / STANDARD_GRAVITY)
-    for foot in range(2):
-        put_foot(state, noise, soles, foot)
-
-
-@njit
-def _lean(c, arm, lean):
-    """A lean that is wrong moves the base, `arm` over its soles, whose middle is known."""
-    h = np.zeros((3, 2))
-    h[0, 1], h[1, 0], h[2, 0], h[2, 1] = arm[2], -arm[2], arm[1], -arm[0]
-    for j in range(2):
-        c[TILT + j, TILT + j] = lean**2
-        for i in range(3):
-            c[POSITION + i, TILT + j] = c[TILT + j, POSITION + i] = h[i, j] * lean**2
-            for k in range(3):
-                c[POSITION + i, POSITION + k] += h[i, j] * h[k, j] * lean**2
-
-
 @cache
 def _compiled() -> tuple[Callable[..., None], Callable[..., None]]:
     real, whole = np.dtype(np.float64), np.dtype(np.int64)
     own = (SETTINGS, LINK, BASE, JOINT)
     return (
-        entry_point(_begin, *own, *[real] * 3),
+        entry_point(begin, *own, *[real] * 3),
         entry_point(_estimate, *own, *[real] * 6, whole, *[real] * 3),
     )
 
@@ -283,6 +251,10 @@ class BodyEstimator:
     It is a value like a controller: what it remembers goes through `step`. In the world's frame it
     starts between its feet, on the floor, heading along x.
 
+    Encoders, tachometers and inertial units are the same parts in every robot, so their noise does
+    not follow from it. What is None does: it is said in `OwnUnits`, of the height h of the CoM and
+    of omega.
+
     Args:
         multibody: the robot's mechanism.
         encoder: standard deviation of a joint's angle [rad].
@@ -290,14 +262,17 @@ class BodyEstimator:
         gyro: likewise of the angular velocity [rad/s].
         accelerometer: likewise of the acceleration [m/s^2].
         gyro_bias: likewise of the gyroscope's constant offset, which is estimated [rad/s].
-        surprise: how wrong expected joint accelerations are, likewise [rad/s^2].
-        landing_surprise: what is added to it at touchdown, and fades [rad/s^2].
-        slip: random walk of a standing sole [m/s^0.5].
-        light_slip: what is added to it when no weight is on the sole [m/s^0.5].
-        landing_slip: what is added to it at touchdown, and fades [m/s^0.5].
-        twist: random walk of a sole's heading while both stand [rad/s^0.5].
-        swing_twist: what is added to it while the other leg swings [rad/s^0.5].
-        floor: how uneven the floor is where a foot lands, standard deviation [m].
+        surprise: how wrong expected joint accelerations are, likewise; 0.408 omega^2 [rad/s^2].
+        landing_surprise: what is added to it at touchdown, and fades; 4.89 omega^2 [rad/s^2].
+        slip: random walk of a standing sole; 3.34e-4 h sqrt(omega) [m/s^0.5].
+        light_slip: what is added to it when no weight is on the sole; 0.2 h sqrt(omega)
+            [m/s^0.5].
+        landing_slip: what is added to it at touchdown, and fades; 0.0668 h sqrt(omega) [m/s^0.5].
+        twist: random walk of a sole's heading while both stand; 1.07e-4 sqrt(omega) [rad/s^0.5].
+        swing_twist: what is added to it while the other leg swings; 0.0107 sqrt(omega)
+            [rad/s^0.5].
+        floor: how uneven the floor is where a foot lands, standard deviation; h / 80 [m].
+        force: standard deviation of the force on a sole; 0.3 % of the weight [N].
         delay: age of the senses, a whole number of periods; 0 predicts nothing [s].
         period: control period [s].
 
@@ -311,14 +286,15 @@ class BodyEstimator:
     gyro: float = 0.005
     accelerometer: float = 0.1
     gyro_bias: float = 0.005
-    surprise: float = 5.0
-    landing_surprise: float = 60.0
-    slip: float = 0.0005
-    light_slip: float = 0.3
-    landing_slip: float = 0.1
-    twist: float = 0.0002
-    swing_twist: float = 0.02
-    floor: float = 0.01
+    surprise: float | None = None
+    landing_surprise: float | None = None
+    slip: float | None = None
+    light_slip: float | None = None
+    landing_slip: float | None = None
+    twist: float | None = None
+    swing_twist: float | None = None
+    floor: float | None = None
+    force: float | None = None
     delay: float = 0.0
     period: float = 0.001
     settings: NDArray[np.void] = field(init=False, repr=False, compare=False)
@@ -327,14 +303,21 @@ class BodyEstimator:
     def __post_init__(self) -> None:
         for name, unit in _UNITS.items():
             check_number(name, getattr(self, name), 0.0, unit, above=True)
+        units = OwnUnits.of(self.multibody.robot)
+        for name, value in units.fill(self, _OWN).items():
+            check_number(name, value, 0.0, _OWN[name][0], above=name != "force")
         settings = new_array(SETTINGS)
         for name, source in _NOISE.items():
             settings["base"][name] = getattr(self, source)
         settings["base"]["bias_walk"] = BIAS_WALK
         weight = self.multibody.mass * STANDARD_GRAVITY
         settings["base"]["load"] = 0.5 * weight
+        settings["base"]["settling"] = SETTLING * units.time
         for name in ("rate", "surprise", "landing_surprise"):
             settings[name] = getattr(self, name)
+        for name, (unit, value) in OWN_JERK.items():
+            time = self.period if name in ("turning", "angle") else 1.0
+            settings["jerk"][name] = value * units.one(unit) * time
         settings["delay"] = whole_cycles(self.delay, self.period)
         object.__setattr__(self, "settings", settings)
         object.__setattr__(self, "links", leg_links(self.multibody))
@@ -358,8 +341,8 @@ class BodyEstimator:
         ring = (int(self.settings["delay"][0]) + 1) * (FREE + joints)
         memory = BodyMemory(new_array(BASE), np.zeros(joints, JOINT), np.zeros(ring))
         angles, velocities, _, accelerometer, _ = readings
-        begin, _ = _compiled()
-        begin(
+        start, _ = _compiled()
+        start(
             self.settings, self.links, memory.base, memory.joints, angles, velocities, accelerometer
         )
         return memory

@@ -8,7 +8,7 @@ without a lag:
 where a is wrong by white noise. An impact, or a foot that tips over an edge, is not expected. It
 shows in the velocity's innovation, averaged over the last few cycles: where that is more than
 `TRUSTED` of its standard deviations, the velocity is made as uncertain as the average is large,
-and follows the measurement. One bad reading cannot do that.
+and follows the measurement.
 """
 
 from __future__ import annotations
@@ -20,10 +20,17 @@ import numpy as np
 from surefoot.compiling import njit
 
 JOINT = np.dtype(
-    [("angle", "f8"), ("velocity", "f8"), ("covariance", "f8", (3,)), ("surprise", "f8")]
+    [
+        ("angle", "f8"),
+        ("velocity", "f8"),
+        ("covariance", "f8", (3,)),
+        ("surprise", "f8"),
+        ("doubts", "i8", (2,)),
+    ]
 )
 """A joint: angle [rad], velocity [rad/s], covariance: of the angle, of both, of the velocity; the
-average innovation of the velocity [rad/s]."""
+average innovation of the velocity [rad/s]; how many readings of angle and velocity in a row have
+not been believed (`models.body_state`)."""
 
 TRUSTED = 4.5
 """Standard deviations beyond which the expected acceleration is not trusted."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+import mujoco
 import numpy as np
 
 from surefoot.errors import RobotError
@@ -77,6 +78,37 @@ def find_legs(multibody: Multibody) -> Legs:
         over_com=float(middle[2] - com[2]),
         ahead_of_com=float(middle[0] - com[0]),
     )
+
+
+def leg_limits(multibody: Multibody) -> tuple[float, float]:
+    """How fast the hips can move a foot below them, and how hard they can accelerate it.
+
+    Of a leg in its nominal pose, moved as a whole by its pitch or its roll, whichever is weaker:
+    v = w d and a = d tau / I, with the inertia I of all that the joint carries and the height d of
+    its axis over the ground.
+
+    Args:
+        multibody: the mechanism; a motor without a limit limits nothing.
+
+    Returns:
+        Speed [m/s] and acceleration [m/s^2].
+    """
+    model, data = multibody.model, multibody.data()
+    inertia = np.zeros((model.nv, model.nv))
+    mujoco.mj_fullM(model, data, inertia)
+    speeds, accelerations = [math.inf], [math.inf]
+    order = {int(joint): row for row, joint in enumerate(multibody.motors)}
+    for foot in multibody.feet:
+        joints = leg_joints(multibody, foot)
+        for axis in (0, 1):
+            along = [joint for joint in joints if abs(data.xaxis[joint][axis]) > MOSTLY]
+            if along:
+                row, dof = order[along[0]], int(model.jnt_dofadr[along[0]])
+                distance = float(data.xanchor[along[0]][2])
+                speeds.append(distance * float(multibody.speed[row]))
+                torque = float(multibody.torque[row])
+                accelerations.append(distance * torque / float(inertia[dof, dof]))
+    return min(speeds), min(accelerations)
 
 
 def leg_joints(multibody: Multibody, foot: int) -> list[int]:

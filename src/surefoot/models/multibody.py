@@ -7,19 +7,17 @@ that must not touch each other, one motor for each joint, and a floor.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import pairwise
-from typing import Any
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
 from surefoot.errors import RobotError
-from surefoot.models.biped_mjcf import ROLL
 from surefoot.models.body import Body
+from surefoot.models.body_floor import FLOOR, LEG_BIT, SOLE, SOLE_TIME, add_world
 from surefoot.models.bumps import NO_BOARDS
 from surefoot.models.model_spec import (
     ModelSpec,
@@ -28,22 +26,24 @@ from surefoot.models.model_spec import (
     matching_joints,
     read_model,
 )
+from surefoot.models.own_units import OwnUnits
 from surefoot.models.robot import Robot
 
 SIDES = ("left", "right")
 """Order of all tables with a row for each foot."""
 
-TIME_STEP = 0.001
-"""Of the physics, and of control [s]."""
+SOLE_THICKNESS = 0.025
+"""Of the boxes that touch the ground, in heights of the CoM."""
 
-SOLE_THICKNESS = 0.02
-"""Of the boxes that touch the ground [m]."""
+SENSE_MARGIN = 0.0125
+"""By how much the region of a touch sensor is larger than its sole, likewise."""
 
-BOARD_DEPTH = 0.1
-"""How far boards reach into the floor: a sole is pushed up out of them, not through [m]."""
+LEG_RADIUS = 0.0625
+"""Likewise of the capsules along thigh and shank, of a body that does not say it."""
 
-ROLL_STIFFNESS, ROLL_DAMPING = 10.0, 0.6
-"""Of a passive ankle roll that the model does not have [N m/rad, N m s/rad]."""
+ROLL_HEIGHT, ROLL_STIFFNESS, ROLL_DAMPING, ROLL_INERTIA = 0.025, 0.01874, 0.003938, 1.149e-4
+"""Of a passive ankle roll that the model does not have, in `OwnUnits`: a fiftieth of the stiffness
+m g h that would hold the robot up [h, m g h, m g h / omega, m h^2]."""
 
 MOST_MASS_ERROR = 0.05
 """Of the mass in a robot's file, against that of its model [-]."""
@@ -52,9 +52,6 @@ _INERTIAL = {
     "gyro": mujoco.mjtSensor.mjSENS_GYRO,
     "accelerometer": mujoco.mjtSensor.mjSENS_ACCELEROMETER,
 }
-
-_FLOOR, _SOLE, _LEFT_LEG, _RIGHT_LEG = 1, 2, 4, 8
-_LEG_BIT = (_LEFT_LEG, _RIGHT_LEG)
 
 
 @dataclass(frozen=True)
@@ -166,15 +163,16 @@ def load_multibody(
     if body.trunk:
         find_body(spec, body.trunk)
     _free(spec, body.base)
+    own = OwnUnits.of(robot)
     passive = [
         joint
         for side, name, sign in zip(SIDES, body.feet, (1.0, -1.0), strict=True)
-        for joint in _add_sole(find_body(spec, name), side, sign, robot, body)
+        for joint in _add_sole(find_body(spec, name), side, sign, robot, body, own)
     ]
-    _add_legs(spec, body)
+    _add_legs(spec, body, own)
     _add_motors(source, body, passive)
-    _add_senses(spec, find_body(spec, body.base))
-    _add_world(spec, robot.gravity, boards)
+    _add_senses(spec, find_body(spec, body.base), own)
+    add_world(spec, robot.gravity, boards, own)
     try:
         model = spec.compile()
     except ValueError as error:
@@ -214,7 +212,9 @@ def _free(spec: mujoco.MjSpec, name: str) -> None:
         base.add_freejoint(name="base")
 
 
-def _add_sole(foot: mujoco.MjsBody, side: str, sign: float, robot: Robot, body: Body) -> list[str]:
+def _add_sole(
+    foot: mujoco.MjsBody, side: str, sign: float, robot: Robot, body: Body, own: OwnUnits
+) -> list[str]:
     """Put a sole under a foot; returns the names of joints that no motor turns."""
     x, y, z = body.sole
     where = (x, sign * y, z)
@@ -224,26 +224,29 @@ def _add_sole(foot: mujoco.MjsBody, side: str, sign: float, robot: Robot, body: 
         hinge = foot.add_joint(
             name=rolls[0],
             axis=(1.0, 0.0, 0.0),
-            pos=(x, sign * y, z + ROLL),
+            pos=(x, sign * y, z + ROLL_HEIGHT * own.length),
             range=(-0.6, 0.6),
-            armature=0.005,
+            armature=ROLL_INERTIA * own.inertia,
         )
         # Numbers up to MuJoCo 3, polynomials from 4 on.
         polynomial = np.ndim(hinge.stiffness) > 0
-        hinge.stiffness = (ROLL_STIFFNESS, 0.0, 0.0) if polynomial else ROLL_STIFFNESS
-        hinge.damping = (ROLL_DAMPING, 0.0, 0.0) if polynomial else ROLL_DAMPING
+        stiffness = ROLL_STIFFNESS * own.torque
+        damping = ROLL_DAMPING * own.torque * own.time
+        hinge.stiffness = (stiffness, 0.0, 0.0) if polynomial else stiffness
+        hinge.damping = (damping, 0.0, 0.0) if polynomial else damping
+    thickness = SOLE_THICKNESS * own.length
     foot.add_site(name=f"{side}_sole", pos=where)
     foot.add_geom(
         name=f"{side}_sole",
         type=mujoco.mjtGeom.mjGEOM_BOX,
-        size=(robot.foot.length / 2, robot.foot.width / 2, SOLE_THICKNESS / 2),
-        pos=(where[0], where[1], where[2] + SOLE_THICKNESS / 2),
+        size=(robot.foot.length / 2, robot.foot.width / 2, thickness / 2),
+        pos=(where[0], where[1], where[2] + thickness / 2),
         mass=0.0,
         group=3,
         condim=3,
-        contype=_SOLE | _LEG_BIT[SIDES.index(side)],
-        conaffinity=_FLOOR | _LEG_BIT[1 - SIDES.index(side)],
-        solref=(0.006, 1.0),
+        contype=SOLE | LEG_BIT[SIDES.index(side)],
+        conaffinity=FLOOR | LEG_BIT[1 - SIDES.index(side)],
+        solref=(SOLE_TIME * own.time, 1.0),
         rgba=(0.9, 0.5, 0.2, 1.0),
     )
     return rolls if body.ankle_roll == "passive" else []
@@ -257,25 +260,26 @@ def _chain(spec: mujoco.MjSpec, foot: str, base: str) -> list[mujoco.MjsBody]:
     return links
 
 
-def _add_legs(spec: mujoco.MjSpec, body: Body) -> None:
+def _add_legs(spec: mujoco.MjSpec, body: Body, own: OwnUnits) -> None:
     """Capsules from joint to joint: where links are long, they are thighs and shanks. The end of a
     shank is thicker than an ankle is high: only the thigh, with the knee, touches the floor."""
+    radius = LEG_RADIUS * own.length if body.leg_radius is None else body.leg_radius
     for index, foot in enumerate(body.feet):
         links = pairwise(_chain(spec, foot, body.base))
         ends = [(upper, np.array(lower.pos)) for upper, lower in links]
-        long = [one for one in ends if np.linalg.norm(one[1]) >= 3.0 * body.leg_radius]
+        long = [one for one in ends if np.linalg.norm(one[1]) >= 3.0 * radius]
         for place, (upper, end) in enumerate(long):
-            floor = 0 if 0 < place == len(long) - 1 else _FLOOR
+            floor = 0 if 0 < place == len(long) - 1 else FLOOR
             upper.add_geom(
                 name=f"{SIDES[index]}_{upper.name}_leg",
                 type=mujoco.mjtGeom.mjGEOM_CAPSULE,
                 fromto=(0.0, 0.0, 0.0, *end),
-                size=(body.leg_radius, 0.0, 0.0),
+                size=(radius, 0.0, 0.0),
                 mass=0.0,
                 group=3,
                 condim=1,
-                contype=_LEG_BIT[index],
-                conaffinity=floor | _LEG_BIT[1 - index],
+                contype=LEG_BIT[index],
+                conaffinity=floor | LEG_BIT[1 - index],
                 rgba=(0.5, 0.5, 0.5, 0.3),
             )
 
@@ -296,7 +300,7 @@ def _add_motors(source: ModelSpec, body: Body, passive: list[str]) -> None:
                 driven[name].armature = inertia
 
 
-def _add_senses(spec: mujoco.MjSpec, base: mujoco.MjsBody) -> None:
+def _add_senses(spec: mujoco.MjSpec, base: mujoco.MjsBody, own: OwnUnits) -> None:
     """An inertial measurement unit at the base's origin, and the load on each sole."""
     base.add_site(name="base_imu")
     for name, kind in _INERTIAL.items():
@@ -308,7 +312,7 @@ def _add_senses(spec: mujoco.MjSpec, base: mujoco.MjsBody) -> None:
             type=mujoco.mjtGeom.mjGEOM_BOX,
             pos=sole.pos,
             # A little larger than the sole: contacts lie on its faces, or under them.
-            size=sole.size + 0.01,
+            size=sole.size + SENSE_MARGIN * own.length,
             group=4,
         )
         _add_sensor(spec, f"{side}_touch", mujoco.mjtSensor.mjSENS_TOUCH, f"{side}_touch")
@@ -316,43 +320,6 @@ def _add_senses(spec: mujoco.MjSpec, base: mujoco.MjsBody) -> None:
 
 def _add_sensor(spec: mujoco.MjSpec, name: str, kind: mujoco.mjtSensor, site: str) -> None:
     spec.add_sensor(name=name, type=kind, objtype=mujoco.mjtObj.mjOBJ_SITE, objname=site)
-
-
-def _add_world(spec: mujoco.MjSpec, gravity: float, boards: NDArray[np.void]) -> None:
-    plane = mujoco.mjtGeom.mjGEOM_PLANE
-    _add_floor(spec, "floor", plane, _FLOOR, size=(0.0, 0.0, 1.0))
-    half_depth = 0.5 * BOARD_DEPTH
-    for index, board in enumerate(boards):
-        heading = 0.5 * float(board["heading"])
-        _add_floor(
-            spec,
-            f"board_{index}",
-            mujoco.mjtGeom.mjGEOM_BOX,
-            # A shank may end lower over its sole than a board is high; the floor stops it.
-            0,
-            size=(*board["half"], half_depth),
-            pos=(*board["place"], board["height"] - half_depth),
-            quat=(math.cos(heading), 0.0, 0.0, math.sin(heading)),
-        )
-    spec.option.gravity = (0.0, 0.0, -gravity)
-    spec.option.timestep = TIME_STEP
-    spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
-    spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
-
-
-def _add_floor(
-    spec: mujoco.MjSpec, name: str, kind: mujoco.mjtGeom, stops: int, **shape: Any
-) -> None:
-    part = spec.worldbody.add_geom(
-        name=name,
-        type=kind,
-        contype=stops,
-        conaffinity=_SOLE,
-        condim=3,
-        friction=(0.8, 0.005, 0.0001),
-        **shape,
-    )
-    part.priority = 1
 
 
 def _index(robot: Robot, body: Body, model: mujoco.MjModel, source: ModelSpec) -> Multibody:

@@ -19,8 +19,9 @@ from surefoot.simulation.fall_signs import SIGNS, FallCause, FallenWalk, Sign
 
 Array = NDArray[Any]
 
-QUIET = 0.8
-"""Without a sign of trouble, before which what happened had nothing to do with the fall [s]."""
+QUIET = 2.8
+"""Without a sign of trouble, before which what happened had nothing to do with the fall, in
+1 / omega."""
 
 CROSSED = 1
 """The fate of a body whose legs met."""
@@ -79,8 +80,9 @@ def find_fall(observations: Array, commands: Array, trace: BodyTrace) -> BodyFal
     end = float(walk.time[-1]) + walk.period
     signs = sorted((sign for look in SIGNS for sign in look(walk)), key=lambda sign: sign.time)
     chain: list[Sign] = []
+    quiet = QUIET * walk.own.time
     for sign in reversed(signs):
-        if sign.time < (chain[-1].time if chain else end) - QUIET:
+        if sign.time < (chain[-1].time if chain else end) - quiet:
             break
         chain.append(sign)
     first = chain[-1] if chain else None

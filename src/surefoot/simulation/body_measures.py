@@ -10,13 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from surefoot.models.plane import rotated_by, wrapped
+from surefoot.simulation.body_speed import last_command
 from surefoot.simulation.body_trace import BodyTrace
 from surefoot.simulation.rollout import Rollout
 
 Array = NDArray[Any]
-
-SETTLING = 4.0
-"""Before the speed that is held is measured, from the first step, a command or a push on [s]."""
 
 WARM_UP = 50
 """Cycles whose time is not measured."""
@@ -24,8 +22,8 @@ WARM_UP = 50
 MID_SWING = (0.3, 0.7)
 """Part of a step in which a foot is to be clear of the ground [-]."""
 
-LANDING_FORCE = 20.0
-"""On a sole that swings, above which it touches the ground [N]."""
+LANDING_FORCE = 0.03
+"""On a sole that swings, above which it touches the ground, of the weight [-]."""
 
 
 @dataclass(frozen=True)
@@ -33,9 +31,9 @@ class BodyMeasures:
     """How well a body walked.
 
     Attributes:
-        speed: mean velocity in its own heading while the last walking command was held, from 4 s
-            after it, the first step and the last push on (forward, to the left); None if there was
-            no time [m/s].
+        speed: mean velocity in its own heading while the last walking command was held, from
+            14 / omega after it, the first step and the last push on (forward, to the left); None if
+            there was no time [m/s].
         commanded: what it should have been [m/s].
         lateral_drift: of the middle of the feet to the left of the course, when it last walked [m].
         heading_error: of the base, likewise; mean of the last second that it walked [rad].
@@ -116,27 +114,8 @@ def _speed(
     rollout: Rollout, trace: BodyTrace
 ) -> tuple[tuple[float, float] | None, tuple[float, float]]:
     """Velocity held under the last command to walk, over whole pairs of steps, and that command."""
-    index = max((i for i, command in enumerate(trace.steering) if not command[3]), default=None)
-    if index is None or not trace.walking.any():
-        return None, (0.0, 0.0)
-    begin, commanded = trace.steering[index][:2]
-    end = trace.steering[index + 1][0] if index + 1 < len(trace.steering) else math.inf
-    first = float(rollout.time[np.argmax(trace.walking)])
-    # What a push does to the speed is not what is held.
-    pushed = max((push.end for push in rollout.pushes if push.start < end), default=0.0)
-    settled = max(begin, first, pushed) + SETTLING
-    touchdowns = [
-        int(np.searchsorted(rollout.time, step.start))
-        for step in rollout.footsteps
-        if settled <= step.start <= end
-    ]
-    if len(touchdowns) < 3:
-        return None, commanded
-    last = touchdowns[2 * ((len(touchdowns) - 1) // 2)]
-    rows = slice(touchdowns[0], last)
-    velocity = rotated_by(trace.com_velocity[rows, :2], -trace.base_turn[rows, 2])
-    forward, left = velocity.mean(axis=0)
-    return (float(forward), float(left)), commanded
+    held, last = rollout.held_speed, last_command(trace)
+    return None if held is None else held.velocity, (0.0, 0.0) if last is None else last[1]
 
 
 def _off_course(rollout: Rollout, trace: BodyTrace) -> tuple[float | None, float | None]:
@@ -155,6 +134,7 @@ def _off_course(rollout: Rollout, trace: BodyTrace) -> tuple[float | None, float
 
 def _swings(rollout: Rollout, trace: BodyTrace) -> tuple[tuple[float, float] | None, int]:
     low, scuffs, time = [], 0, rollout.time
+    force = LANDING_FORCE * trace.robot.mass * trace.robot.gravity
     for step in rollout.footsteps:
         first, last = np.searchsorted(time, [step.start, step.start + step.duration])
         begin, end = (int(first + part * (last - first)) for part in MID_SWING)
@@ -162,7 +142,7 @@ def _swings(rollout: Rollout, trace: BodyTrace) -> tuple[tuple[float, float] | N
             continue
         swing = 1 - int(trace.support[begin])
         low.append(float(trace.clearance[begin:end, swing].min()))
-        scuffs += bool((trace.sole_force[begin:end, swing, 2] > LANDING_FORCE).any())
+        scuffs += bool((trace.sole_force[begin:end, swing, 2] > force).any())
     return ((min(low), float(np.median(low))) if low else None), scuffs
 
 

@@ -5,16 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache, cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from surefoot.checks import check_number, check_seed
 from surefoot.compiling import entry_point, njit
-from surefoot.models.body_state import BodySenses
+from surefoot.models.body_floor import TIME_STEP
+from surefoot.models.body_state import FORCE_PART, BodySenses
 from surefoot.models.estimator import whole_cycles
-from surefoot.models.multibody import TIME_STEP
+from surefoot.models.robot import Robot
 from surefoot.simulation.noise import noise_key, normal_pair
 
 _UNITS = {
@@ -74,13 +75,17 @@ def _compiled() -> Callable[..., None]:
 class BodyNoise:
     """Noise and delay of a body's sensors; white, and the same for the same seed.
 
+    Encoders and inertial units are the same parts in robots of all sizes, so their noise is
+    absolute. Load cells are chosen for the weight that they carry: `of` knows whose they are.
+
     Args:
         encoder: standard deviation of joint angles [rad].
         rate: likewise of joint velocities [rad/s].
         gyro: likewise of the angular velocity [rad/s].
         accelerometer: likewise of the acceleration [m/s^2].
         gyro_bias: likewise of each axis of the gyroscope's constant offset [rad/s].
-        force: likewise of the forces on the soles, which are never below 0 [N].
+        force: likewise of the forces on the soles, which are never below 0; 2 N are those of
+            load cells for 700 N, as a robot of 70 kg has them [N].
         delay: from sensing to telling, a whole number of periods [s].
         seed: of the random numbers, at least 0.
         period: control period [s].
@@ -104,6 +109,16 @@ class BodyNoise:
             check_number(name, getattr(self, name), 0.0, unit)
         check_seed(self.seed)
         whole_cycles(self.delay, self.period)
+
+    @classmethod
+    def of(cls, robot: Robot, **changes: Any) -> Self:
+        """That of the sensors of a robot: with load cells for its own weight.
+
+        Args:
+            robot: whose they are.
+            **changes: of the other parameters.
+        """
+        return cls(**{"force": FORCE_PART * robot.mass * robot.gravity, **changes})
 
     @cached_property
     def _deviations(self) -> NDArray[np.float64]:

@@ -10,7 +10,9 @@ from numpy.typing import NDArray
 
 from surefoot.models.body_state import FREE, BodyEstimator, BodyMemory, BodySenses
 from surefoot.models.joint_command import JointCommand
+from surefoot.models.multibody import Multibody
 from surefoot.models.walker import WALKING, WalkerState
+from surefoot.simulation.body_noise import BodyNoise
 from surefoot.simulation.body_plant import BodyPlant
 
 BOTH = np.array([1, 1])
@@ -18,6 +20,9 @@ BOTH = np.array([1, 1])
 
 ONE = (np.array([1, 0]), np.array([0, 1]))
 """The left one does, the right one does."""
+
+TOLD = ("encoder", "rate", "gyro", "accelerometer", "gyro_bias", "force")
+"""Parameters of a `BodyNoise` that an estimator is told."""
 
 State = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]
 """Generalised position and velocity, and the vertical force on each sole [N]."""
@@ -33,6 +38,23 @@ class SenseNoise(Protocol):
     def step(self, memory: Any, senses: BodySenses) -> tuple[BodySenses, Any]:
         """What is told in a cycle, and what to remember."""
         ...
+
+
+def usual_estimator(multibody: Multibody, noise: SenseNoise | None) -> BodyEstimator:
+    """The estimator of a robot, told how late and how noisy its sensors are.
+
+    It trusts none of them more than a usual one: where there is no noise, there is still a model
+    that is not exact.
+
+    Args:
+        multibody: the robot's mechanism.
+        noise: of its sensors; what it says is known of a `BodyNoise` only.
+    """
+    usual = BodyEstimator(multibody)
+    if not isinstance(noise, BodyNoise):
+        return usual
+    told = {name: max(getattr(usual, name), getattr(noise, name)) for name in TOLD}
+    return BodyEstimator(multibody, delay=noise.delay, period=noise.period, **told)
 
 
 def sense(plant: BodyPlant) -> BodySenses:
@@ -115,7 +137,7 @@ class BodySight:
             feet = ONE[walk["support"][0]]
         expected = self._unexpected if command is None else command.acceleration
         position, velocity, self._memory = self.estimator.step(self._memory, senses, feet, expected)
-        return position, velocity, senses.foot_force
+        return position, velocity, self._memory.base["load"][0]
 
     def fork(self, plant: BodyPlant) -> BodySight:
         """The same eyes on another plant: what they remember is a value."""

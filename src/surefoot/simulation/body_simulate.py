@@ -6,21 +6,21 @@ from collections.abc import Sequence
 
 from surefoot.checks import check_number
 from surefoot.errors import ParameterError
+from surefoot.models.body_floor import TIME_STEP
 from surefoot.models.body_state import BodyEstimator
 from surefoot.models.bumps import check_course
-from surefoot.models.multibody import TIME_STEP
 from surefoot.models.pushes import Push
 from surefoot.models.steering import Steering, course_of
 from surefoot.models.walker import Walker
 from surefoot.simulation.body_noise import BodyNoise
 from surefoot.simulation.body_plant import Surroundings
-from surefoot.simulation.body_senses import SenseNoise
+from surefoot.simulation.body_senses import SenseNoise, usual_estimator
 from surefoot.simulation.body_trace import TRUTH
 from surefoot.simulation.rollout import Rollout
 from surefoot.simulation.steered_body import SteeredBody
 
 USUAL_NOISE = BodyNoise()
-"""Of the sensors of a robot, unless it is told."""
+"""Stands for `BodyNoise.of` the robot that walks."""
 
 
 def simulate_body(
@@ -42,9 +42,10 @@ def simulate_body(
         steering: (time, command) in order of time [s]; before the first one, and if there is none,
             the robot walks at its controller's velocity.
         surroundings: floor, bumps, payload, masses.
-        noise: of the sensors, that of usual ones unless told; they are perfect if None.
+        noise: of the sensors, `BodyNoise.of` the robot unless told; they are perfect if None.
         estimator: makes a state of what the sensors tell; if None a `BodyEstimator` that knows how
-            late the sensors of a `BodyNoise` are. "truth" tells the true state instead.
+            late and how noisy the sensors of a `BodyNoise` are. "truth" tells the true state
+            instead.
 
     Returns:
         The rollout; its `body` is the trace of the mechanism.
@@ -59,6 +60,14 @@ def simulate_body(
     route = _route(control, steering)
     if surroundings is not None and surroundings.bumps > 0.0:
         check_course(course_of(route, duration))
+    if estimator == TRUTH and noise not in (None, USUAL_NOISE):
+        raise ParameterError(
+            "noise with an estimator: the true state has none",
+            f"estimator={TRUTH!r} and {noise!r}",
+            "leave one of them out",
+        )
+    if noise is USUAL_NOISE:
+        noise = BodyNoise.of(control.multibody.robot)
     eyes = _eyes(control, noise, estimator)
     cycles = round(duration / TIME_STEP) + 1
     noise, kept = None if eyes is None else noise, cycles * TIME_STEP
@@ -96,13 +105,6 @@ def _eyes(
             repr(estimator),
             "leave it out for an estimate from the sensors",
         )
-    if estimator == TRUTH and noise not in (None, USUAL_NOISE):
-        raise ParameterError(
-            "noise with an estimator: the true state has none",
-            f"estimator={TRUTH!r} and {noise!r}",
-            "leave one of them out",
-        )
     if isinstance(estimator, str):
         return None
-    late = noise.delay if isinstance(noise, BodyNoise) else 0.0
-    return estimator or BodyEstimator(control.multibody, delay=late)
+    return estimator or usual_estimator(control.multibody, noise)

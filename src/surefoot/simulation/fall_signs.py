@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from enum import Enum
+from functools import cached_property
 from itertools import pairwise
 from typing import Any
 
@@ -14,15 +15,17 @@ from numpy.typing import NDArray
 from surefoot.models.footsteps import Side
 from surefoot.models.interfaces import Status
 from surefoot.models.motors import torque_range
+from surefoot.models.own_units import OwnUnits
 from surefoot.models.plane import rotated_by
 from surefoot.models.viability import viable_offsets
 from surefoot.simulation.body_trace import FEET, BodyTrace
 
 Array = NDArray[Any]
 
-SLIP_WAY, SLIP_SPEED, SLIP_TIME = 0.03, 0.2, 0.04
-"""A standing sole has slipped that is this far from where it came to rest [m], or moves at this
-speed [m/s] for that long [s]."""
+SLIP_WAY, SLIP_SPEED, SLIP_TIME = 0.0375, 0.0714, 0.14
+"""A standing sole has slipped that is this far from where it came to rest, or moves at this speed
+for that long; in `OwnUnits`, as all lengths, times and speeds of this file: heights of the CoM,
+1 / omega, sqrt(g h)."""
 
 LOADED = 0.2
 """A sole stands that carries at least this part of the weight [-]."""
@@ -30,27 +33,27 @@ LOADED = 0.2
 FLAT = 0.1
 """A sole that is tilted further rolls over an edge rather than slips [rad]."""
 
-REST_TIME = 0.05
-"""From touchdown until the sole is at rest [s]."""
+REST_TIME = 0.175
+"""From touchdown until the sole is at rest."""
 
-AT_LIMIT, LIMIT_TIME, LIMIT_PART = 0.98, 0.1, 0.8
-"""A motor is at its limit that gives this part of what it can [-], for most [-] of so long [s]."""
+AT_LIMIT, LIMIT_TIME, LIMIT_PART = 0.98, 0.35, 0.8
+"""A motor is at its limit that gives this part of what it can [-], for most [-] of so long."""
 
-OFF_TARGET = 0.06
-"""A foot that lands so far from its target was too slow [m]."""
+OFF_TARGET = 0.075
+"""A foot that lands so far from its target was too slow."""
 
-UNREACHABLE_TIME = 0.02
-"""For so long the leg must be told to be too slow [s]."""
+UNREACHABLE_TIME = 0.07
+"""For so long the leg must be told to be too slow."""
 
-TRIP_SPEED, TRIP_PART, LIFT_TIME = 0.3, 0.8, 0.1
-"""A swinging sole trips that meets the floor at this speed [m/s] before this part of its step [-],
-but for the time in which it leaves the ground [s]."""
+TRIP_SPEED, TRIP_PART, LIFT_TIME = 0.107, 0.8, 0.35
+"""A swinging sole trips that meets the floor at this speed before this part of its step [-], but
+for the time in which it leaves the ground."""
 
 TOUCH = 0.03
 """A sole touches the ground that carries this part of the weight [-]."""
 
-LATE = 0.08
-"""A foot that has not landed so long after its time has missed the ground [s]."""
+LATE = 0.28
+"""A foot that has not landed so long after its time has missed the ground."""
 
 
 class FallCause(Enum):
@@ -108,6 +111,15 @@ class FallenWalk:
         """Of control [s]."""
         return float(self.time[1] - self.time[0]) if len(self.time) > 1 else 0.001
 
+    @cached_property
+    def own(self) -> OwnUnits:
+        """What the robot's lengths, times and speeds are measured in."""
+        return OwnUnits.of(self.trace.robot)
+
+    def rows(self, time: float) -> int:
+        """In how many cycles a time passes, at least one [1 / omega]."""
+        return max(round(time * self.own.time / self.period), 1)
+
     def stances(self) -> Iterator[tuple[int, int, int]]:
         """First row, one past the last row and foot of every time that one foot carries."""
         trace = self.trace
@@ -129,8 +141,8 @@ def _lasting(flags: Array, rows: int, part: float = 1.0) -> list[int]:
 
 
 def _slips(walk: FallenWalk) -> Iterator[Sign]:
-    trace, rest = walk.trace, round(REST_TIME / walk.period)
-    rows = round(SLIP_TIME / walk.period)
+    trace, rest = walk.trace, walk.rows(REST_TIME)
+    rows = walk.rows(SLIP_TIME)
     for first, last, foot in walk.stances():
         span = slice(first + rest, last)
         place = trace.sole_position[span, foot, :2]
@@ -140,8 +152,8 @@ def _slips(walk: FallenWalk) -> Iterator[Sign]:
         stands &= np.abs(trace.sole_turn[span, foot, :2]).max(axis=1) < FLAT
         speed = np.hypot(*np.gradient(place, walk.period, axis=0).T)
         way = np.hypot(*(place - place[0]).T)
-        fast = _lasting(stands & (speed > SLIP_SPEED), rows)
-        far = np.flatnonzero(stands & (way > SLIP_WAY))[:1].tolist()
+        fast = _lasting(stands & (speed > SLIP_SPEED * walk.own.speed), rows)
+        far = np.flatnonzero(stands & (way > SLIP_WAY * walk.own.length))[:1].tolist()
         if fast or far:
             at = min(fast + far)
             most, top = float(way.max()), float(speed[at:].max())
@@ -155,7 +167,7 @@ def _slips(walk: FallenWalk) -> Iterator[Sign]:
 
 
 def _torque_limits(walk: FallenWalk) -> Iterator[Sign]:
-    trace, rows = walk.trace, round(LIMIT_TIME / walk.period)
+    trace, rows = walk.trace, walk.rows(LIMIT_TIME)
     most = np.minimum(trace.torque_limit, 1e9)
     fastest = np.minimum(trace.speed_limit, 1e9)
     speed = trace.joint_velocities.astype(float)
@@ -177,7 +189,7 @@ def _torque_limits(walk: FallenWalk) -> Iterator[Sign]:
 
 
 def _slow_legs(walk: FallenWalk) -> Iterator[Sign]:
-    trace, rows = walk.trace, round(UNREACHABLE_TIME / walk.period)
+    trace, rows = walk.trace, walk.rows(UNREACHABLE_TIME)
     told = (walk.commands["status"] & Status.UNREACHABLE) != 0
     for first, last, foot in walk.stances():
         swing = 1 - foot
@@ -192,7 +204,7 @@ def _slow_legs(walk: FallenWalk) -> Iterator[Sign]:
         if last < len(walk.time):
             target = walk.commands["step_location"][last - 1]
             off = float(np.hypot(*(trace.sole_position[last, swing, :2] - target)))
-            if off > OFF_TARGET:
+            if off > OFF_TARGET * walk.own.length:
                 yield Sign(
                     FallCause.LEG_TOO_SLOW,
                     float(walk.time[last]),
@@ -203,7 +215,7 @@ def _slow_legs(walk: FallenWalk) -> Iterator[Sign]:
 
 
 def _trips(walk: FallenWalk) -> Iterator[Sign]:
-    trace = walk.trace
+    trace, lift = walk.trace, LIFT_TIME * walk.own.time
     for first, last, foot in walk.stances():
         swing, elapsed = 1 - foot, walk.time[first:last] - walk.time[first]
         place = trace.sole_position[first:last, swing, :2]
@@ -211,13 +223,15 @@ def _trips(walk: FallenWalk) -> Iterator[Sign]:
             continue
         speed = np.hypot(*np.gradient(place, walk.period, axis=0).T)
         load = trace.sole_force[first:last, swing, 2]
-        early = (elapsed > LIFT_TIME) & (
+        early = (elapsed > lift) & (
             elapsed < TRIP_PART * walk.commands["step_duration"][first:last]
         )
         # The floor stops the foot: how fast it came shows in the last cycle without a force.
         free = np.maximum.accumulate(np.where(load > 0.0, 0, np.arange(len(load))))
-        came = np.maximum(speed, np.where(elapsed[free] > LIFT_TIME, speed[free], 0.0))
-        at = np.flatnonzero(early & (load > TOUCH * walk.weight) & (came > TRIP_SPEED))[:1]
+        came = np.maximum(speed, np.where(elapsed[free] > lift, speed[free], 0.0))
+        at = np.flatnonzero(
+            early & (load > TOUCH * walk.weight) & (came > TRIP_SPEED * walk.own.speed)
+        )[:1]
         if len(at):
             row = first + int(at[0])
             fast, high = float(came[at[0]]), float(trace.sole_position[row, swing, 2])
@@ -232,9 +246,10 @@ def _trips(walk: FallenWalk) -> Iterator[Sign]:
 
 
 def _missed_grounds(walk: FallenWalk) -> Iterator[Sign]:
+    late_by = LATE * walk.own.time
     for first, last, foot in walk.stances():
         elapsed = walk.time[first:last] - walk.time[first]
-        late = np.flatnonzero(elapsed > walk.commands["step_duration"][first:last] + LATE)
+        late = np.flatnonzero(elapsed > walk.commands["step_duration"][first:last] + late_by)
         if len(late):
             swing = 1 - foot
             height = float(walk.trace.clearance[first + late[0], swing])
@@ -242,7 +257,7 @@ def _missed_grounds(walk: FallenWalk) -> Iterator[Sign]:
                 FallCause.MISSED_GROUND,
                 float(walk.time[first + late[0]]),
                 f"the {FEET[swing]} foot was {100.0 * height:.0f} cm above the floor "
-                f"{1e3 * LATE:.0f} ms after its time",
+                f"{1e3 * late_by:.0f} ms after its time",
                 FEET[swing],
                 {"height": height},
             )

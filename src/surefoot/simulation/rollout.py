@@ -22,6 +22,7 @@ from surefoot.models.robot import Robot
 from surefoot.models.viability import viable_offsets
 from surefoot.planning.support_polygon import distances_to_support
 from surefoot.simulation.body_fall import BodyFall, find_fall
+from surefoot.simulation.body_speed import HeldSpeed, held_speed
 from surefoot.simulation.body_trace import BodyTrace
 from surefoot.simulation.disturbance import Disturbance
 from surefoot.simulation.outcome import (
@@ -229,9 +230,18 @@ class Rollout:
             return Outcome.UNSETTLED
         return Outcome.RECOVERED if pushed else Outcome.WALKED
 
+    @cached_property
+    def held_speed(self) -> HeldSpeed | None:
+        """How a body held the speed it was told; None for a point mass, or if it is too soon."""
+        if self.body is None:
+            return None
+        return held_speed(self.time, self.footsteps, self.pushes, self.commands, self.body)
+
     def _body_outcome(self) -> Outcome:
         end = float(self.time[-1])
         begun = [push for push in self.pushes if push.start < end]
+        if self.held_speed is not None and not self.held_speed.is_held:
+            return Outcome.UNSETTLED
         if not begun:
             return Outcome.WALKED
         on = has_walked_on(self.robot, self.footsteps, begun, end)

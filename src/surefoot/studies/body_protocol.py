@@ -11,7 +11,7 @@ from typing import Any
 from msgspec import to_builtins
 
 from surefoot.checks import check_number, check_pair
-from surefoot.control.body_gait import PARAMETERS, body_controller
+from surefoot.control.body_gait import body_controller, body_parameters
 from surefoot.control.fixed_landing import fixed_place, fixed_timing
 from surefoot.control.methods import method
 from surefoot.errors import ParameterError
@@ -20,7 +20,6 @@ from surefoot.models.multibody import SIDES
 from surefoot.models.pushes import Push
 from surefoot.models.robot import Robot
 from surefoot.simulation.body_noise import BodyNoise
-from surefoot.simulation.body_simulate import USUAL_NOISE
 
 PUSH_DURATION = 0.2
 """How long every push lasts [s]."""
@@ -68,13 +67,13 @@ BODY_METHODS = (
         "unified-fixed-timing",
         "unified, timing fixed",
         "ZMP, step location",
-        lambda robot, velocity: fixed_timing(robot, velocity, **PARAMETERS["unified"]),
+        lambda robot, velocity: fixed_timing(robot, velocity, **body_parameters("unified", robot)),
     ),
     BodyMethod(
         "unified-fixed-place",
         "unified, place fixed",
         "ZMP, timing",
-        lambda robot, velocity: fixed_place(robot, velocity, **PARAMETERS["unified"]),
+        lambda robot, velocity: fixed_place(robot, velocity, **body_parameters("unified", robot)),
     ),
     _published("unified"),
 )
@@ -155,7 +154,7 @@ class BodyProtocol:
     @property
     def noise(self) -> BodyNoise | None:
         """Of the sensors, None if the truth is told."""
-        return USUAL_NOISE if self.estimate else None
+        return BodyNoise.of(self.robot) if self.estimate else None
 
     def cells(self) -> Iterator[BodyCell]:
         """Everything that is to be measured; what shares a walk to the push is together."""

@@ -16,10 +16,10 @@ import numpy as np
 
 from surefoot.control.body_control import BodyControl, BodyState
 from surefoot.control.body_gait import body_control, walking_robot
-from surefoot.models.body_state import BodyEstimator
+from surefoot.models.body_floor import TIME_STEP
 from surefoot.models.interfaces import Controller
 from surefoot.models.joint_command import JointCommand
-from surefoot.models.multibody import SIDES, TIME_STEP, Multibody, load_multibody
+from surefoot.models.multibody import SIDES, Multibody, load_multibody
 from surefoot.models.pushes import Push
 from surefoot.models.robot import Robot
 from surefoot.models.steering import Steering
@@ -27,7 +27,7 @@ from surefoot.models.walker import WALKING
 from surefoot.simulation.body_plant import STANDS, BodyPlant
 from surefoot.simulation.body_recorder import BodyRecorder, Record
 from surefoot.simulation.body_rollout import make_rollout, senses_words
-from surefoot.simulation.body_senses import BodySight
+from surefoot.simulation.body_senses import BodySight, usual_estimator
 from surefoot.simulation.rollout import Rollout
 from surefoot.studies.body_protocol import (
     PUSH_DURATION,
@@ -172,7 +172,7 @@ def walk_to(protocol: BodyProtocol, key: str, foot: str, phase: float) -> Moment
     """
     control, support = control_of(protocol, key), SIDES.index(foot)
     plant = BodyPlant(control.multibody)
-    estimator = BodyEstimator(control.multibody) if protocol.estimate else None
+    estimator = usual_estimator(control.multibody, protocol.noise) if protocol.estimate else None
     sight, state = BodySight(plant, protocol.noise, estimator), control.start()
     recorder = BodyRecorder(plant, state, protocol.estimate, 1)
     start = Moment(plant, sight, state, None, recorder.record(0), STANDS, 0)

@@ -39,6 +39,7 @@ def body_summary(rollout: Rollout, trace: BodyTrace) -> dict[str, Any]:
         "surroundings": trace.surroundings,
         "speed_held": None if held is None else list(held),
         "commanded": list(measures.pop("commanded")),
+        "makes_way": makes_way(rollout),
         **measures,
         "fall_cause": None if fall is None else fall.cause.value,
         "fall": None
@@ -70,13 +71,31 @@ def print_body(rollout: Rollout, trace: BodyTrace, console: Console) -> None:
     for name, value in _rows(rollout, measures):
         console.print(f"  {name:<17}{value}", soft_wrap=True, highlight=False)
     fall = rollout.body_fall
-    if fall is None:
+    if fall is None and not makes_way(rollout):
+        console.print(f"[bold]unsettled[/]: {_no_way(rollout)}", soft_wrap=True)
+    elif fall is None:
         ends = (push.end for push in rollout.pushes)
         ended = max((end for end in ends if end < rollout.time[-1]), default=0.0)
         lasted = f"{rollout.time[-1] - ended:.3g} s{' after the push' if ended else ''}"
         console.print(f"[bold]{_SENTENCES[rollout.outcome]}[/] for {lasted}", soft_wrap=True)
     else:
         console.print(f"[bold]fell[/]: {fall.sentence}", soft_wrap=True)
+
+
+def makes_way(rollout: Rollout) -> bool:
+    """Whether a body goes where it is told, as far as its walk shows."""
+    return rollout.held_speed is None or rollout.held_speed.is_held
+
+
+def _no_way(rollout: Rollout) -> str:
+    held = rollout.held_speed
+    if held is None:
+        return ""
+    (x, y), (want_x, want_y) = held.velocity, held.commanded
+    return (
+        f"it steps, but goes at ({x:.3f}, {y + 0.0:.3f}) m/s where ({want_x:g}, {want_y:g}) was "
+        f"commanded, in steps of {held.duration:.3g} s that were to take {held.planned:.3g} s"
+    )
 
 
 def _told(trace: BodyTrace) -> str:
