@@ -32,11 +32,7 @@ class Walk:
 def control_of(robot: sf.Robot, size: Size) -> sf.BodyControl:
     multibody = sf.load_multibody(robot)
     believed = sf.walking_robot(multibody)
-    # Whether the controller's own defaults are alike is a matter of the point mass.
-    own = {
-        "dcm_gain": 3.0 / size.time, "reserve": 0.02 * size.length, "comfort": 0.024 * size.length
-    }  # fmt: skip
-    controller = sf.body_controller("unified", believed, (SPEED * size.speed, 0.0), **own)
+    controller = sf.body_controller("unified", believed, (SPEED * size.speed, 0.0))
     return sf.body_control(controller, multibody)
 
 

@@ -43,10 +43,10 @@ LEG_SPEED, LEG_ACCELERATION = 0.9, 0.59
 that hangs straight down: the trunk turns the other way, the leg is carried, and the knee bends."""
 
 PARAMETERS = MappingProxyType(
-    {"unified": {"horizon": 0.5, "tau_weight": 0.0156, "commitment": 0.5}}
+    {"unified": {"horizon": 0.5, "tau_weight": 0.005, "commitment": 0.5}}
 )
 """What a method does differently on a body, by its key in `control.methods`: times in shortest
-steps, and the weight of the duration in squared heights of the CoM.
+steps.
 
 The unified controller steps sooner rather than wider, which friction and legs limit; it does not
 believe that a push goes on for long, since it sees what its model lacks as a push too; and a foot
@@ -112,9 +112,8 @@ def body_parameters(key: str, robot: Robot) -> dict[str, Any]:
         robot: that `walking_robot` made.
     """
     shortest = robot.gait.step_duration[0]
-    # The weight on the duration stands against squares of lengths, whose weight is not scaled.
-    unit = {"horizon": shortest, "commitment": shortest, "tau_weight": robot.com_height**2}
-    return {name: value * unit[name] for name, value in PARAMETERS.get(key, {}).items()}
+    unit = {"horizon": shortest, "commitment": shortest}
+    return {name: value * unit.get(name, 1.0) for name, value in PARAMETERS.get(key, {}).items()}
 
 
 def body_controller(
