@@ -10,16 +10,20 @@ A benchmark finds this file by `sys.path.append` of the folder of the tests, beh
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 import surefoot as sf
 from surefoot.errors import SurefootError
 from surefoot.models.gait import GaitLimits
+from surefoot.models.viable_displacement import viable_displacement
 from surefoot.planning.nominal_gait import NominalGait, gait_room, largest_speed, nominal_gait
 from surefoot.planning.push_limit import check_leg
+from surefoot.simulation.outcome import recovery_time
 
 DIAGONAL = math.sqrt(0.5)
 
@@ -95,6 +99,67 @@ class RandomCell:
             zmp_reach=self.zmp_reach,
             step_duration=self.step_duration,
         ).impulse
+
+    def causal_limit(self) -> float:
+        """The largest impulse that one survives which cannot know how long the push is [N s]."""
+        return sf.causal_push_limit(
+            self.robot,
+            self.direction,
+            velocity=self.velocity,
+            elapsed=self.elapsed,
+            duration=self.duration,
+            support_side=self.support_side,
+            zmp_reach=self.zmp_reach,
+            step_duration=self.step_duration,
+        ).impulse
+
+    def settles(
+        self, controller: sf.Controller, shares: Sequence[float], limit: float
+    ) -> NDArray[np.bool_]:
+        """Whether it is back in its gait after pushes of these shares of a limit [N s]."""
+        end = self.start + self.duration + recovery_time(controller)
+        results = sf.simulate_batch(
+            controller,
+            [[self.push(share * limit)] for share in shares],
+            end,
+            stop_when_settled=True,
+            first_support=self.support_side,
+        )
+        return results["settled"]
+
+    def viable_starts(self, count: int, margin: float = 0.05) -> list[sf.Observation]:
+        """Touchdowns after any step of the box, with any DCM that can be saved from there.
+
+        Args:
+            count: how many.
+            margin: part of the width of the viable set that is kept from either end of it.
+        """
+        rng = np.random.default_rng([self.seed, count])
+        tables, gait, reach = viable_displacement(self.robot), self.gait, self.zmp_reach
+        starts = []
+        for _ in range(count):
+            side = sf.Side(int(rng.choice((-1, 1))))
+            nominal = gait.observation(side)
+            dcm, swing = np.zeros(2), np.zeros(2)
+            for axis, (turn, behind) in enumerate(((1.0, -1.0), (float(side), 1.0))):
+                width = tables.spacing[axis] * (tables.values.shape[2] - 1)
+                step = tables.low[axis] + width * rng.random()
+                high = tables.after_step(axis, 1, step) + reach[axis]
+                low = -tables.after_step(axis, -1, step) - reach[axis]
+                offset = low + (high - low) * rng.uniform(margin, 1.0 - margin)
+                dcm[axis] = nominal.support_foot[axis] + turn * offset
+                swing[axis] = nominal.support_foot[axis] + turn * behind * step
+            # The convergent part of the motion is that of the gait.
+            com = 0.5 * (dcm + 2.0 * nominal.com - nominal.dcm)
+            starts.append(
+                nominal.replace(
+                    dcm=dcm,
+                    com=com,
+                    com_velocity=self.robot.omega * (dcm - com),
+                    swing_foot=(*swing, 0.0),
+                )
+            )
+        return starts
 
     def push(self, impulse: float) -> sf.Push:
         """The push of this cell with so much impulse [N s]."""
