@@ -3,8 +3,8 @@
     python benchmarks/random_robots.py [--cells 300] [--first 0] [--acceleration] [--rivals]
 
 Every cell is a robot, a gait and a push, drawn by its number (`tests/random_robots.py`). The
-impulse is scanned upwards in steps of 2 % of the causal limit, the most that can be survived without
-knowing when the push will end; what counts is the largest below which all are survived.
+impulse is scanned upwards in steps of 2 % of the causal limit, the most that can be survived
+without knowing when the push will end; what counts is the largest below which all are survived.
 """
 
 from __future__ import annotations
