@@ -1,6 +1,6 @@
 """How much of what can be survived is survived, by robots of no preset.
 
-    python benchmarks/random_robots.py [--cells 300] [--first 0] [--acceleration] [--rivals]
+    python benchmarks/push_shares.py [--cells 300] [--first 0] [--acceleration] [--rivals]
 
 Every cell is a robot, a gait and a push, drawn by its number (`tests/random_robots.py`). The
 impulse is scanned upwards in steps of 2 % of the causal limit, the most that can be survived
