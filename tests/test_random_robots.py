@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import surefoot as sf
-from random_robots import RandomCell, random_cell
+from random_cells import RandomCell, random_cell
 from surefoot.control.methods import METHODS
 from surefoot.models.viable_displacement import viable_displacement
 
