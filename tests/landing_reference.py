@@ -25,7 +25,7 @@ ROUNDS = 60
 BIG = 1e30
 # Variables: X_x, X_y, tau, then for each axis the error, and both sides' lost and short.
 X, TAU, ERROR, LOST, SHORT = (0, 1), 2, (3, 8), ((4, 5), (9, 10)), ((6, 7), (11, 12))
-SIZE = 13
+EAGER, SIZE = ((13, 14), (15, 16)), 17
 
 
 @dataclass
@@ -67,7 +67,8 @@ def solve(parameters: np.ndarray, situation: np.ndarray) -> tuple[np.ndarray, fl
             )
         for k in range(2):
             weight[LOST[i][k]], weight[SHORT[i][k]] = p["lost_weight"], p["reserve_weight"]
-            bounds_low[LOST[i][k]] = bounds_low[SHORT[i][k]] = 0.0
+            weight[EAGER[i][k]] = p["gentle_weight"]
+            bounds_low[LOST[i][k]] = bounds_low[SHORT[i][k]] = bounds_low[EAGER[i][k]] = 0.0
     place, tau = np.array(s["step_ref"], float), float(np.clip(s["tau_ref"], *bounds(s)))
     pieces: set[tuple[int, int, int]] = set()
     curvature = 0.0
@@ -132,6 +133,12 @@ def tangent_of_worth(program, p, s, shrink, axis, k, node):
     rows = {TAU: tau, X[axis]: -sign - slope}
     program.at_most({**rows, LOST[axis][k]: -1.0}, level - shift)
     program.at_most({**rows, SHORT[axis][k]: -1.0}, level - shift - float(p["reserve"][axis]))
+    # ... + (c - c_g)(k - 1)
+    spare = reach - float(p["gentle_zmp"][axis])
+    program.at_most(
+        {TAU: tau + spare * shrink, X[axis]: -sign - slope, EAGER[axis][k]: -1.0},
+        level - shift - float(p["reserve"][axis]) + spare,
+    )
 
 
 def quadratic_program(program, weight, center, low, high):
@@ -174,6 +181,9 @@ def axis_cost(p: np.void, s: np.void, i: int, place, tau: float):
         v = v - sign * place - np.interp(place, nodes, p["worth"][i, row])
         total = total + 0.5 * p["lost_weight"] * np.maximum(v, 0.0) ** 2
         total = total + 0.5 * p["reserve_weight"] * np.maximum(v + p["reserve"][i], 0.0) ** 2
+        spare = (p["zmp_reach"][i] - p["gentle_zmp"][i]) * (k - 1.0)
+        eager = np.maximum(v + spare + p["reserve"][i], 0.0)
+        total = total + 0.5 * p["gentle_weight"] * eager**2
     return total
 
 

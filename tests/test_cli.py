@@ -66,7 +66,7 @@ def test_json_agrees_with_the_library(name: tuple[str, ...], make: type) -> None
 def test_a_fall_exits_with_1_and_its_evidence() -> None:
     result = run("walk", "--push", "1300,0@1.1+0.2")
     assert result.exit_code == 1
-    assert "fell at 1.7" in result.output
+    assert "fell at 1.9" in result.output
     assert "nothing could save it from 1.2" in result.output
     assert "mostly forward" in result.output
     told = json.loads(run("walk", "--push", "1300,0@1.1+0.2", "--json").stdout)

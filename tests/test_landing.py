@@ -15,7 +15,7 @@ from surefoot.planning.landing import TAU_EVALUATIONS, solve_landing
 ROBOT = sf.load_robot("paper-biped")
 LEGS = (2.0, 3.0, 6.0, math.inf)
 STATES = 12_000
-AGREEMENT = 1e-7
+AGREEMENT, ROUNDING = 1e-7, 1e-14
 
 
 def with_leg(speed: float) -> sf.Robot:
@@ -23,19 +23,28 @@ def with_leg(speed: float) -> sf.Robot:
 
 
 def test_it_agrees_with_a_general_solver() -> None:
-    """12,000 states of a leg without limits, whose tables are concave: landing and tau to 1e-7."""
+    """12,000 states of a leg without limits, whose tables are concave: landing and tau to 1e-7.
+
+    Or both cost the same to the last bits: where a state is hopeless the costs are 1e10.
+    """
     rng = np.random.default_rng(0)
-    worst, active = 0.0, 0
+    even, active = 0, 0
     for _ in range(STATES // 100):
         parameters = reference.random_parameters(ROBOT, rng)
         for _ in range(100):
             situation = reference.random_situation(parameters, rng)
             mine = solve_landing(parameters, situation)
             place, tau = reference.solve(parameters, situation)
-            worst = max(worst, *np.abs(mine.step - place), abs(mine.tau - tau))
+            if max(*np.abs(mine.step - place), abs(mine.tau - tau)) > AGREEMENT:
+                costs = [
+                    reference.cost(parameters, situation, *answer)
+                    for answer in ((mine.step, mine.tau), (place, tau))
+                ]
+                assert costs[0] <= costs[1] * (1.0 + ROUNDING)
+                even += 1
             active |= int(mine.active)
             assert mine.iterations <= TAU_EVALUATIONS + 2
-    assert worst < AGREEMENT
+    assert even <= STATES // 1000
     seen = sf.Limit(active)
     assert sf.Limit.STEP_X in seen
     assert sf.Limit.SHORTEST in seen

@@ -40,11 +40,13 @@ def walk(one: Method, scale: Scale, robot: sf.Robot = ROBOT, duration: float = 4
     How often it decides is a matter of its computer, and so absolute: that is scaled by hand.
     """
     known = one.make.__dataclass_fields__
-    periods = {
-        name: scale.time * one.parameters.get(name, known[name].default)
+    given = {
+        name: one.parameters.get(name, known[name].default)
         for name in ("period", "solve_period")
         if name in known
     }
+    # What is left out follows from these.
+    periods = {name: scale.time * value for name, value in given.items() if value is not None}
     controller = one.controller(scale.robot(robot), scale.velocity(VELOCITY), **periods)
     pushes = [scale.push(push) for push in (WEAK if one.fixed_steps else PUSHES)]
     return sf.simulate(controller, scale.time * duration, pushes)

@@ -159,7 +159,7 @@ def test_halves_of_pairs_and_rooms() -> None:
     )  # fmt: skip
     controller = made.controller
     assert isinstance(controller, sf.UnifiedController)
-    assert (controller.step_weight, controller.offset_weight) == ((3.0, 1.0), (10.0, 20.0))
+    assert (controller.step_weight, controller.offset_weight) == ((3.0, 1e-3), (10.0, 20.0))
     assert controller.robot.gait.step_x == (ROBOT.gait.step_x[0], 0.4)
     assert controller.gait.velocity == (0.5, 0.1)
     assert (controller.robot.foot.width, controller.robot.mass) == (0.1, ROBOT.mass)

@@ -98,9 +98,9 @@ def test_a_range_of_ones_own_goes_over_the_usual_one() -> None:
     [
         ("linear-mpc", (), "a compiled method with gains (unified"),
         ("unified", ("dcm_gian",), "did you mean `dcm_gain`?"),
-        ("unified", ("period=0.001:0.01",), "a knob (horizon"),
-        ("unified", ("step_duration=0.3:0.6",), "a knob (horizon"),
-        ("unified", ("ankle=0:1",), "a knob (horizon"),
+        ("unified", ("period=0.001:0.01",), "a knob (reserve"),
+        ("unified", ("step_duration=0.3:0.6",), "a knob (reserve"),
+        ("unified", ("ankle=0:1",), "a knob (reserve"),
         ("tracking", ("double_support",), "write --knob double_support=LOW:HIGH"),
         ("unified", ("dcm_gain=5:10",), "with its default 3 in it"),
         ("unified", ("dcm_gain=5",), "NAME=LOW:HIGH"),

@@ -341,7 +341,7 @@ def test_a_fall_is_marked_with_its_evidence(drawn: Get) -> None:
     assert fall is not None
     assert walk.line("fall")[0] == pytest.approx(walk.rollout.dcm[-1])
     (evidence,) = walk.texts("fall-evidence")
-    for words in ("fell forward at 1.59 s", "1.50 m", "at 1.40 s, the DCM offset 184 mm outside"):
+    for words in ("fell forward at 1.76 s", "1.85 m", "at 1.40 s, the DCM offset 184 mm outside"):
         assert words in " ".join(evidence.split())
     for name, time in (("lost", 1.4), ("fell", fall.time)):
         lines = walk.one(f"{name}-x").get_segments()

@@ -160,7 +160,7 @@ class UnifiedController:
     comfort: float | None = None
     dcm_gain: float | None = None
     step_weight: tuple[float, float] = (1e-3, 1e-3)
-    tau_weight: float = 0.1
+    tau_weight: float = 0.25
     offset_weight: tuple[float, float] = (1.0, 1.0)
     commitment: float | None = None
     step_duration: float | None = None

@@ -22,7 +22,7 @@ from surefoot.compiling import entry_point, njit
 from surefoot.models.leg import furthest
 from surefoot.models.record import new_array
 from surefoot.planning.anticipation import SAME, corner_time, reach
-from surefoot.planning.landing_place import best_place, excess_at, soft_error
+from surefoot.planning.landing_place import best_place, excess_at, reserved, soft_error
 from surefoot.planning.landing_problem import DECISION, LANDING, SITUATION, Decision, Limit
 
 TAU_EVALUATIONS = 60
@@ -69,8 +69,8 @@ def tau_slope(landing, situation, tau, decision):
             slope += landing.lost_weight * outside(landing, axis, place)
             total += slope * rate / (omega * tau)
         over, under = excess_at(landing, situation, axis, growth, place)
-        part = pressure(landing, situation, axis, over, 1.0)
-        part += pressure(landing, situation, axis, under, -1.0)
+        part = pressure(landing, situation, axis, growth, over, 1.0)
+        part += pressure(landing, situation, axis, growth, under, -1.0)
         error = soft_error(landing, situation, axis, growth, place)
         if error != 0.0:
             gain = situation.offset[axis] - math.copysign(landing.gentle_zmp[axis], error)
@@ -87,12 +87,15 @@ def outside(landing, axis, place):
 
 
 @njit(forceinline=True)
-def pressure(landing, situation, axis, value, sign):
+def pressure(landing, situation, axis, growth, value, sign):
     """How what v of a side costs changes with the growth k."""
     offset = sign * situation.rate[axis, 0 if sign > 0.0 else 1]
     lost, short = max(value, 0.0), max(value + landing.reserve[axis], 0.0)
     weighed = landing.lost_weight * lost + landing.reserve_weight * short
-    return weighed * (offset - landing.zmp_reach[axis])
+    eager = landing.gentle_weight * max(value + reserved(landing, axis, growth), 0.0)
+    return weighed * (offset - landing.zmp_reach[axis]) + eager * (
+        offset - landing.gentle_zmp[axis]
+    )
 
 
 @njit
@@ -110,9 +113,10 @@ def cost_of(landing, situation, tau, decision):
         total += landing.step_weight[axis] * moved * moved
         total += landing.offset_weight[axis] * error * error
         for value in excess_at(landing, situation, axis, growth, place):
-            short = max(value + landing.reserve[axis], 0.0)
-            lost = max(value, 0.0)
+            short, lost = max(value + landing.reserve[axis], 0.0), max(value, 0.0)
+            eager = max(value + reserved(landing, axis, growth), 0.0)
             total += landing.lost_weight * lost * lost + landing.reserve_weight * short * short
+            total += landing.gentle_weight * eager * eager
     return 0.5 * total
 
 
@@ -282,7 +286,7 @@ def active_limits(landing, situation, tau, decision):
         ):
             active |= _LEG[axis]
         for value in excess_at(landing, situation, axis, growth, place):
-            if value > -landing.reserve[axis]:
+            if value > -reserved(landing, axis, growth):
                 active |= _RESERVE
             if value > landing.tolerance:
                 active |= _LOST

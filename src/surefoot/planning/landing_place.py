@@ -47,6 +47,13 @@ def excess_at(landing, situation, axis, growth, place):
 
 
 @njit(forceinline=True)
+def reserved(landing, axis, growth):
+    """How far v has to stay below 0 for a ZMP within c_g: rho, and what it leaves [m]."""
+    spare = landing.zmp_reach[axis] - landing.gentle_zmp[axis]
+    return landing.reserve[axis] + spare * (growth - 1.0)
+
+
+@njit(forceinline=True)
 def place_slope(landing, situation, axis, growth, place, cell):
     """First and second derivative of an axis's cost in X, with the slopes of Z in one cell."""
     spacing, low = landing.spacing[axis], landing.step_min[axis]
@@ -59,7 +66,7 @@ def place_slope(landing, situation, axis, growth, place, cell):
     )
     error = soft_error(landing, situation, axis, growth, place)
     weight, stiff = landing.step_weight[axis], landing.offset_weight[axis]
-    reserve = landing.reserve[axis]
+    reserve, gentle = landing.reserve[axis], reserved(landing, axis, growth)
     slope = weight * (place - situation.step_ref[axis]) - stiff * error
     second = weight + (stiff if error != 0.0 else 0.0)
     for k in range(2):
@@ -68,6 +75,9 @@ def place_slope(landing, situation, axis, growth, place, cell):
         if value > 0.0:
             slope -= side * landing.lost_weight * value
             second += side * side * landing.lost_weight
+        if value > -gentle:
+            slope -= side * landing.gentle_weight * (value + gentle)
+            second += side * side * landing.gentle_weight
         if value > -reserve:
             slope -= side * landing.reserve_weight * (value + reserve)
             second += side * side * landing.reserve_weight

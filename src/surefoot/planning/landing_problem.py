@@ -8,15 +8,20 @@ the ZMP reaches. The problem is to find X and tau that minimise
     + 1/2 a4 [|e k - d_ref - X| - c_g (k - 1) - delta]+^2     land where the DCM wants it, but for
                                                               what the ZMP can take,
     + 1/2 w_v [v]+^2                                          keep what comes after possible,
-    + 1/2 w_m [v + (c - c_g) (k - 1) + rho]+^2                and not only just,
+    + 1/2 w_m [v + rho]+^2                                    and not only just,
+    + 1/2 w_g [v + (c - c_g) (k - 1) + rho]+^2                and with a ZMP within c_g,
 
-v = (e' - c) k - X - Z_along(X) and its mirror image -(e' + c) k + X - Z_against(X). There e' is the
-anticipated offset (`planning.anticipation`) and Z what later steps are worth
+v = (a - c) k + b - X - Z_along(X) and its mirror image -(a + c) k - b + X - Z_against(X). There
+a k + b is the DCM offset at the landing: with the anticipated e' a = e' and b = 0 along a push,
+which goes on; and a = e + f, b = -f e^(omega delta) against it, where it ends as soon as the landing
+cannot be taken back any more (`planning.anticipation`). Z is what later steps are worth
 (`models.viable_displacement`): v > 0 is a fall. c_g <= c is how far the ZMP moves gladly. X lies in
 the step box and within reach of the leg, tau between its bounds.
 
-Z is concave, ln tau is, the rest is linear: a convex problem in X and tau, in which the two axes
-share nothing but tau. Own formulation, in place of the quadratic program of [Khadiv2016].
+X + Z grows with X, Z is concave but for a little where a slow leg begins to need more than T_min,
+ln tau is concave, the rest is linear. The two axes share nothing but tau. The weights have no
+units: lengths count in R, the room of the gait (`planning.nominal_gait.gait_room`), and tau in
+tau_ref. Own formulation, in place of the quadratic program of [Khadiv2016].
 """
 
 from __future__ import annotations
@@ -32,11 +37,15 @@ from surefoot.models.record import Record, new_array
 from surefoot.models.robot import Robot
 from surefoot.models.viable_displacement import NODES, viable_displacement
 
-LOST_WEIGHT = 1e7
+LOST_WEIGHT = 1e8
 """w_v R^2, on half the squared distance beyond what can be saved [-]."""
 
-RESERVE_WEIGHT = 1e4
+RESERVE_WEIGHT = 1e6
 """w_m R^2, on half the squared distance that the reserve rho is short of [-]."""
+
+GENTLE_WEIGHT = 1e4
+"""w_g R^2, on the same for a ZMP within c_g [-]. Where the reserve itself is short this must not
+count: it would spare the ZMP at the cost of what can still be saved."""
 
 TOLERANCE = 4e-3
 """Fraction of R. A leg that gets this little further is at its limit, and what is this little
@@ -50,6 +59,7 @@ LANDING = np.dtype(
         ("offset_weight", "f8", (2,)),
         ("lost_weight", "f8"),
         ("reserve_weight", "f8"),
+        ("gentle_weight", "f8"),
         ("reserve", "f8", (2,)),
         ("tolerance", "f8"),
         ("commitment", "f8"),
@@ -66,13 +76,12 @@ LANDING = np.dtype(
         ("worth", "f8", (2, 2, NODES)),
     ],
 )
-"""What is the same in all decisions of a controller: omega; a1, a3, a4, w_v, w_m and rho; c, c_g
-and delta [m]; limits of the leg [m/s, m/s^2]; T_min and T_max [s]; the step box, and Z on it [m].
-`worth` is by axis, then Z for an offset along it or against it of the step that is decided, so that
-across, where the next step counts towards the other side, they have changed places.
-`concave_worth` is the least concave table above it: a slow leg bends Z up a little where its next
-step begins to take longer than T_min. The largest distance between both is part of rho: 4 mm at
-3 m/s, 15 mm at 2 m/s, for paper-biped along x."""
+"""What is the same in all decisions of a controller: omega; a1, a3, a4, w_v, w_m, w_g and rho; what
+counts as nothing beside R [m]; e^(omega delta), by which the DCM grows in the time before a landing
+in which it cannot be taken back; c, c_g and delta [m]; limits of the leg [m/s, m/s^2]; T_min and
+T_max [s]; the step box, and Z on it [m]. `worth` is by axis, then Z for an offset along it or
+against it of the step that is decided, so that across, where the next step counts towards the other
+side, they have changed places."""
 
 SITUATION = np.dtype(
     [
@@ -93,9 +102,9 @@ SITUATION = np.dtype(
         ("tau_max", "f8"),
     ],
 )
-"""What is different in each: t, and the least and largest time to the landing [s]; e, e', swing
-foot, X_ref, d_ref [m], velocity of the foot [m/s]; tau_ref and the bounds of tau, tau_min >=
-e^(omega t)."""
+"""What is different in each: t, and the least and largest time to the landing [s]; e, f and e' [m];
+a and b by axis and side, see above [m]; swing foot, its velocity [m/s], X_ref and d_ref [m]; tau_ref
+and the bounds of tau, tau_min >= e^(omega t)."""
 
 DECISION = np.dtype(
     [
@@ -177,7 +186,7 @@ def landing_parameters(
     room: float,
     tau_ref: float,
     step_weight: tuple[float, float] = (1e-3, 1e-3),
-    tau_weight: float = 0.1,
+    tau_weight: float = 0.25,
     offset_weight: tuple[float, float] = (1.0, 1.0),
     reserve: float,
     commitment: float = 0.0,
@@ -189,9 +198,11 @@ def landing_parameters(
         zmp_reach: c (x, y) [m].
         gentle_zmp: c_g, of which the ZMP makes use before the landing moves (x, y) [m].
         gentle_offset: delta, what may be left to the next step (x, y) [m].
-        step_weight, tau_weight, offset_weight: a1, a3, a4 [1/m^2, -, 1/m^2].
-        reserve: rho, to which is added how far Z is from its concave hull [m].
-        room: how far the gait itself is from what cannot be saved; rho is half of it at most [m].
+        room: R, how far the gait itself is from what cannot be saved [m].
+        tau_ref: of the gait.
+        step_weight, tau_weight, offset_weight: a1 R^2, a3 tau_ref^2, a4 R^2 [-].
+        reserve: rho, of which half of R counts at most [m].
+        commitment: how long before a landing it cannot be taken back any more [s].
 
     Raises:
         RobotError: the leg cannot step at all; see `viable_displacement`.
@@ -212,6 +223,7 @@ def landing_parameters(
     record["offset_weight"] = np.multiply(offset_weight, per_area)
     record["lost_weight"] = LOST_WEIGHT * per_area
     record["reserve_weight"] = RESERVE_WEIGHT * per_area
+    record["gentle_weight"] = GENTLE_WEIGHT * per_area
     record["tolerance"] = TOLERANCE * room
     record["commitment"] = math.exp(robot.omega * commitment)
     record["zmp_reach"] = zmp_reach

@@ -55,16 +55,20 @@ class Knob:
 
 
 _OFFSET_WEIGHTS = (Knob("offset_weight.x", 1.0, 1e6), Knob("offset_weight.y", 1.0, 1e6))
+_OWN_WEIGHTS = (
+    Knob("step_weight.y", 1e-5, 0.1), Knob("tau_weight", 1e-4, 10.0),
+    Knob("offset_weight.x", 1e-3, 1e3), Knob("offset_weight.y", 1e-3, 1e3),
+)  # fmt: skip
+"""Those of the unified controller, which have no units."""
+
 _STEP_WEIGHTS = (Knob("step_weight.y", 0.01, 100.0), Knob("tau_weight", 0.001, 100.0))
 
 RANGES: Mapping[str, tuple[Knob, ...]] = {
     "unified": (
-        Knob("horizon", 0.03, 3.0),
         Knob("reserve", 0.001, 0.06),
         Knob("comfort", 0.001, 0.06),
         Knob("dcm_gain", 0.5, 30.0),
-        *_STEP_WEIGHTS,
-        *_OFFSET_WEIGHTS,
+        *_OWN_WEIGHTS,
     ),
     "hybrid": (
         Knob("threshold", 0.002, 0.2),

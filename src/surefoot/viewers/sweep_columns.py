@@ -27,17 +27,19 @@ UNITS = {
     "impulse": "N s", "angle": "°", "phase": "of the step", "duration": "s", "step": "",
     "dcm_noise": "m", "velocity_noise": "m/s", "delay": "s", "com_offset": "m",
     "landing_error": "m", "touchdown_shift": "s", "seed": "",
-    "ankle": "", "comfort": "m", "commitment": "s", "dcm_gain": "1/s",
+    "ankle": "", "knows_leg": "", "push_horizon": "s",
+    "comfort": "m", "commitment": "s", "dcm_gain": "1/s",
     "double_support": "of the step",
     "error_weight": "1/m²", "horizon": "s", "input_weight": "s⁶/m²", "lean_rate_weight": "s²/rad²",
     "lean_weight": "1/rad²", "max_iterations": "", "offset_penalty": "1/m²",
-    "offset_weight": "1/m²", "path_weight": "1/m²", "period": "s", "preview": "s",
+    "offset_weight": "", "path_weight": "1/m²", "period": "s", "preview": "s",
     "project_zmp": "", "reserve": "m", "sample": "s", "samples": "", "solve_period": "s",
-    "state_weight": "1/m², s²/m², s⁴/m²", "step_weight": "1/m²", "tau_weight": "–",
+    "state_weight": "1/m², s²/m², s⁴/m²", "step_weight": "", "tau_weight": "–",
     "threshold": "m", "torque_weight": "1/m²", "velocity_weight": "s²/m²", "zmp_share": "–",
     "zmp_weight": "1/m²",
 }  # fmt: skip
-"""Unit of every parameter that a study can set, by its name without what it belongs to."""
+"""Unit of every parameter that a study can set, by its name without what it belongs to; none where
+methods differ in it: weights of the unified controller have no units."""
 
 QUANTITIES = {
     "impulse": ("smallest push that fails", "N s"),
