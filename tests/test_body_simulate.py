@@ -330,16 +330,17 @@ def step(index: int, offset: tuple[float, float], duration: float = 0.35) -> Foo
         (9, (0.04, 0.07), 0.35, False),  # wide
         (9, (0.08, 0.05), 0.35, False),  # fast
         (9, (0.04, 0.05), 0.32, False),  # hurried
-        (20, (0.04, 0.09), 0.32, True),  # for 5 s
+        (17, (0.04, 0.09), 0.32, False),  # for 4.2 s
+        (18, (0.04, 0.09), 0.32, True),  # for 4.6 s, which is 16 / omega
     ],
 )
 def test_a_robot_has_recovered_when_it_steps_as_before_or_for_long(
-    count: int, offset: tuple[float, float], duration: float, back: bool
+    robot: sf.Robot, count: int, offset: tuple[float, float], duration: float, back: bool
 ) -> None:
     steps = [step(k, (0.04, 0.05)) for k in range(4)]
     steps += [step(k, offset, duration) for k in range(5, count)]
     push = sf.Push(1.5, 0.2, (100.0, 0.0))
-    assert has_walked_on(steps, [push], 0.35 * count) == back
+    assert has_walked_on(robot, steps, [push], 0.35 * count) == back
 
 
 def test_pushes_and_payload_act_where_the_robot_says(robot: sf.Robot) -> None:
