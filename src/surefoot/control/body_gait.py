@@ -42,9 +42,7 @@ LEG_SPEED, LEG_ACCELERATION = 0.9, 0.59
 """Nor is a foot faster than this part of what the slower of hip pitch and roll can do with a leg
 that hangs straight down: the trunk turns the other way, the leg is carried, and the knee bends."""
 
-PARAMETERS = MappingProxyType(
-    {"unified": {"horizon": 0.5, "tau_weight": 0.005, "commitment": 0.5}}
-)
+PARAMETERS = MappingProxyType({"unified": {"horizon": 0.5, "tau_weight": 0.005, "commitment": 0.5}})
 """What a method does differently on a body, by its key in `control.methods`: times in shortest
 steps.
 
