@@ -181,7 +181,7 @@ def _goes_on(gate, known, command, observation, part) -> bool:
         expected = known.seen.elapsed + gate.period
         set_anew = is_near(observation.elapsed, expected, gate.slack)
         return even and (set_anew or 0.0 <= observation.elapsed <= gate.longest)
-    # The same over and over again is what a sensor says that has stopped.
+    # A sensor that has stopped shows the same value in every cycle.
     alive = passed > 0.0 or observation.elapsed > before.elapsed
     if not (alive and passed <= gate.slack and _is_possible(gate, observation)):
         return False
@@ -370,7 +370,7 @@ def _move_pendulum(gate, command, passed, i, seen):
 
 @njit(forceinline=True)
 def hold(state, next_state):
-    """The last command again, and say so."""
+    """Repeat the last command, with the status HELD."""
     next_state.plan = state.plan
     next_state.command = state.command
     next_state.command.status = _HELD

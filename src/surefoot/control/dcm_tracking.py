@@ -25,7 +25,7 @@ from surefoot.control.cycle import (
     is_usable,
     side_index,
 )
-from surefoot.control.defaults import DCM_GAIN, again, fill_in, filled
+from surefoot.control.defaults import DCM_GAIN, fill_in, filled
 from surefoot.control.plausibility import gate_parameters
 from surefoot.control.tracking_law import (
     PLAN,
@@ -243,7 +243,6 @@ class DcmTracking:
     double_support: float = 0.0
     step_duration: float | None = None
     period: float = 0.001
-    left_out: tuple[str, ...] = field(init=False, repr=False, compare=False)
     gait: NominalGait = field(init=False, repr=False)
     parameters: NDArray[np.void] = field(init=False, repr=False, compare=False)
 
@@ -293,4 +292,4 @@ class DcmTracking:
 
     def with_velocity(self, velocity: tuple[float, float]) -> Self:
         """The same controller for another velocity; the state carries over."""
-        return replace(self, velocity=velocity, **again(self))
+        return replace(self, velocity=velocity)

@@ -53,19 +53,22 @@ def default_threshold(robot: Robot, gait: NominalGait) -> float:
     return THRESHOLD * natural_length(robot, gait)
 
 
+class Own(float):
+    """A value that was left out: it follows from robot, gait and period.
+
+    A copy of a controller for another robot or velocity, by `dataclasses.replace`, finds its own
+    again. To keep the number, give it as a plain float.
+    """
+
+
 def fill_in(controller: Any, **values: float) -> None:
-    """Give these values to the parameters that were left out, and note which these were."""
-    left_out = tuple(name for name in values if getattr(controller, name) is None)
-    for name in left_out:
-        object.__setattr__(controller, name, values[name])
-    object.__setattr__(controller, "left_out", left_out)
+    """Give these values to the parameters that were left out."""
+    for name, value in values.items():
+        known = getattr(controller, name)
+        if known is None or isinstance(known, Own):
+            object.__setattr__(controller, name, Own(value))
 
 
 def filled(value: float | None) -> float:
     """A parameter that `fill_in` has seen to."""
     return math.nan if value is None else value
-
-
-def again(controller: Any) -> dict[str, Any]:
-    """What leaves the same parameters out, for a copy with another velocity."""
-    return dict.fromkeys(controller.left_out)

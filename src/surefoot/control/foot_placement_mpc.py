@@ -88,7 +88,6 @@ class FootPlacementMpc(RecedingHorizon):
     solve_period: float | None = None
     step_duration: float | None = None
     period: float = 0.005
-    left_out: tuple[str, ...] = field(init=False, repr=False, compare=False)
     gait: NominalGait = field(init=False, repr=False)
     parameters: NDArray[np.void] = field(init=False, repr=False, compare=False)
     programs: Programs = field(init=False, repr=False, compare=False)

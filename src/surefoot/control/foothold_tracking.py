@@ -76,7 +76,6 @@ class FootholdTracking:
     project_zmp: bool = True
     double_support: float = 0.0
     period: float = 0.001
-    left_out: tuple[str, ...] = field(init=False, repr=False, compare=False)
     gait: NominalGait = field(init=False, repr=False)
     parameters: NDArray[np.void] = field(init=False, repr=False, compare=False)
 

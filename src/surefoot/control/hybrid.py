@@ -28,7 +28,6 @@ from surefoot.control.dcm_tracking import (
 )
 from surefoot.control.defaults import (
     DCM_GAIN,
-    again,
     default_tau_weight,
     default_threshold,
     fill_in,
@@ -200,7 +199,6 @@ class HybridController:
     double_support: float = 0.0
     step_duration: float | None = None
     period: float = 0.001
-    left_out: tuple[str, ...] = field(init=False, repr=False, compare=False)
     gait: NominalGait = field(init=False, repr=False)
     parameters: NDArray[np.void] = field(init=False, repr=False, compare=False)
 
@@ -239,9 +237,8 @@ class HybridController:
         )
         parameters["threshold"] = self.threshold
         # Of a leg without limits there is nothing to know.
-        object.__setattr__(self, "knows_leg", self.knows_leg and self.robot.swing.is_limited)
-        parameters["knows_leg"] = self.knows_leg
-        if self.knows_leg:
+        parameters["knows_leg"] = self.knows_leg and self.robot.swing.is_limited
+        if parameters["knows_leg"][0]:
             parameters["saved"] = saved_by(self.robot)
         for side in Side:
             parameters["problem"][0, side_index.py_func(side)] = self.step_problem(side).array[0]
@@ -306,4 +303,4 @@ class HybridController:
 
     def with_velocity(self, velocity: tuple[float, float]) -> Self:
         """The same controller for another velocity; the state carries over."""
-        return replace(self, velocity=velocity, **again(self))
+        return replace(self, velocity=velocity)

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from surefoot.compiling import njit
 from surefoot.models.record import new_array
 from surefoot.models.robot import Robot
+from surefoot.models.viability import fall_distance
 
 GATE = np.dtype(
     [
@@ -38,9 +39,11 @@ swing foot moves between two cycles that are believed [m]; by how much a clock m
 robot [N]; inertia [kg m^2] and stop [rad] of its trunk, 0 without one; after how many cycles more
 what goes on to say the same is believed."""
 
-JUMP_PART = 0.25
-"""Of the length that steps make up for: what moves further unexpectedly in one cycle waits to
-be confirmed. A push of 5 ms that is just survived moves the DCM by a fifth of it in 1 ms."""
+JUMP_PART, JUMP_CYCLE = 0.25, 0.0035
+"""Of the length that steps make up for, in a cycle of this many 1 / omega (1 ms for the paper's
+biped) or less: what moves further unexpectedly in one cycle waits to be confirmed. A push of 5 ms
+that is just survived moves the DCM by a fifth of it in 1 ms. In longer cycles it may be more, up to
+all of it."""
 
 MOST_SPANS = 4.0
 """Half the width of the box of steps, so many times: a sequence of steps makes up for that much."""
@@ -60,7 +63,7 @@ OUT_OF_REACH = 1.25
 """A DCM this many times further than any that can still be saved is that of a fallen robot."""
 
 ALMOST = 1e-6
-"""Fraction of a period that is no time."""
+"""Times that differ by less than this fraction of a period are the same."""
 
 HALF_TURN = math.pi
 """No trunk leans further, or turns by more than a radian in a period [rad]."""
@@ -77,13 +80,12 @@ def gate_parameters(robot: Robot, period: float) -> NDArray[np.void]:
     # What steps make up for, as the DCM at the end of a step; of very short ones not all of it.
     part = min(1.0 / (growth - 1.0), MOST_SPANS)
     mended = (robot.foot.half[i] + part * spans[i] for i in range(2))
-    jump = JUMP_PART * max(robot.hip, *mended)
-    far_x = ahead * growth / (growth - 1.0) + robot.foot.half[0]
-    far_y = outer * growth / (growth - 1.0) + robot.foot.half[1]
+    cycles = max(robot.omega * period / JUMP_CYCLE, 1.0)
+    jump = min(JUMP_PART * cycles, 1.0) * max(robot.hip, *mended)
     slack = max(SLACK_PART * shortest, SLACK_PERIODS * period)
     gate["omega"], gate["period"], gate["jump"] = robot.omega, period, jump
     gate["reach"] = math.hypot(ahead, outer) + jump
-    gate["furthest"] = OUT_OF_REACH * math.hypot(far_x, far_y)
+    gate["furthest"] = OUT_OF_REACH * fall_distance(robot)
     gate["stray"] = robot.swing.max_speed * slack + jump
     gate["slack"], gate["soonest"] = slack, SOONEST_PART * shortest
     gate["longest"] = longest

@@ -34,7 +34,7 @@ from surefoot.control.dcm_tracking import (
     check_tracking,
     tracking_parameters,
 )
-from surefoot.control.defaults import again, fill_in, filled
+from surefoot.control.defaults import fill_in, filled
 from surefoot.control.preview_law import (
     MOST_SAMPLES,
     PREVIEW,
@@ -216,7 +216,6 @@ class PreviewControl:
     preview: float | None = None
     step_duration: float | None = None
     period: float = 0.001
-    left_out: tuple[str, ...] = field(init=False, repr=False, compare=False)
     gait: NominalGait = field(init=False, repr=False)
     parameters: NDArray[np.void] = field(init=False, repr=False, compare=False)
 
@@ -336,4 +335,4 @@ class PreviewControl:
 
         The step under way stays as it was given; the steps after it are new.
         """
-        return replace(self, velocity=velocity, **again(self))
+        return replace(self, velocity=velocity)

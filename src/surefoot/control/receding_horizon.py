@@ -25,7 +25,7 @@ from surefoot.control.dcm_tracking import (
     first_plan,
     tracking_parameters,
 )
-from surefoot.control.defaults import again, natural_length
+from surefoot.control.defaults import natural_length
 from surefoot.control.push_observer import observing
 from surefoot.control.receding_cycle import (
     DUE,
@@ -267,4 +267,4 @@ class RecedingHorizon:
 
     def with_velocity(self, velocity: tuple[float, float]) -> Self:
         """The same controller for another velocity; the state carries over."""
-        return replace(self, velocity=velocity, **again(self))  # type: ignore[call-arg]
+        return replace(self, velocity=velocity)  # type: ignore[call-arg]

@@ -27,7 +27,7 @@ from surefoot.control.dcm_tracking import (
     first_plan,
     tracking_parameters,
 )
-from surefoot.control.defaults import again, default_tau_weight, fill_in, filled
+from surefoot.control.defaults import default_tau_weight, fill_in, filled
 from surefoot.control.hybrid import HYBRID, HYBRID_STATE, compiled_hybrid, hybrid_cycle
 from surefoot.models.footsteps import Side
 from surefoot.models.interfaces import Command, Observation
@@ -74,7 +74,6 @@ class StepTiming:
     knows_leg: bool = False
     step_duration: float | None = None
     period: float = 0.001
-    left_out: tuple[str, ...] = field(init=False, repr=False, compare=False)
     gait: NominalGait = field(init=False, repr=False)
     parameters: NDArray[np.void] = field(init=False, repr=False, compare=False)
 
@@ -102,9 +101,8 @@ class StepTiming:
         # The hybrid cycle that decides the step from no error on: its tracking never has its turn.
         parameters["threshold"] = 0.0
         # Of a leg without limits there is nothing to know.
-        object.__setattr__(self, "knows_leg", self.knows_leg and self.robot.swing.is_limited)
-        parameters["knows_leg"] = self.knows_leg
-        if self.knows_leg:
+        parameters["knows_leg"] = self.knows_leg and self.robot.swing.is_limited
+        if parameters["knows_leg"][0]:
             parameters["saved"] = saved_by(self.robot)
         for side in Side:
             parameters["problem"][0, side_index.py_func(side)] = self.step_problem(side).array[0]
@@ -167,4 +165,4 @@ class StepTiming:
 
     def with_velocity(self, velocity: tuple[float, float]) -> Self:
         """The same controller for another velocity; the state carries over."""
-        return replace(self, velocity=velocity, **again(self))
+        return replace(self, velocity=velocity)

@@ -27,7 +27,6 @@ from surefoot.control.dcm_tracking import (
 )
 from surefoot.control.defaults import (
     DCM_GAIN,
-    again,
     default_tau_weight,
     default_threshold,
     fill_in,
@@ -134,7 +133,6 @@ class TimingNlp:
     max_iterations: int = 60
     step_duration: float | None = None
     period: float = 0.001
-    left_out: tuple[str, ...] = field(init=False, repr=False, compare=False)
     gait: NominalGait = field(init=False, repr=False)
     parameters: NDArray[np.void] = field(init=False, repr=False, compare=False)
     sequence: StepSequence = field(init=False, repr=False, compare=False)
@@ -266,4 +264,4 @@ class TimingNlp:
 
     def with_velocity(self, velocity: tuple[float, float]) -> Self:
         """The same controller for another velocity; the state carries over."""
-        return replace(self, velocity=velocity, **again(self))
+        return replace(self, velocity=velocity)

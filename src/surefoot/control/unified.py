@@ -1,4 +1,4 @@
-"""The unified controller: ZMP, landing place and landing time from one convex problem.
+"""The unified controller: ZMP, landing place and landing time from one problem.
 
 No switch between small pushes and large ones. Every cycle it observes the push, asks what it may
 still do, and solves `planning.landing_problem`: while the ZMP can make up for an error the landing
@@ -27,7 +27,7 @@ from surefoot.control.dcm_tracking import (
     first_plan,
     tracking_parameters,
 )
-from surefoot.control.defaults import DCM_GAIN, again, fill_in, filled
+from surefoot.control.defaults import DCM_GAIN, fill_in, filled
 from surefoot.control.push_observer import observe_push, observing, remember
 from surefoot.control.tracking_law import begin_plan, follow_plan, keep_box, plan_landing
 from surefoot.control.unified_law import (
@@ -42,7 +42,7 @@ from surefoot.models.interfaces import OBSERVATION, Command, Observation
 from surefoot.models.record import copy_array, new_array
 from surefoot.models.robot import Robot
 from surefoot.planning.anticipation import keep_way_back, margin
-from surefoot.planning.landing import decide_landing
+from surefoot.planning.landing import decide_landing, flag_limits
 from surefoot.planning.landing_problem import DECISION, Decision, landing_parameters
 from surefoot.planning.nominal_gait import NominalGait, gait_room, nominal_gait
 
@@ -79,8 +79,9 @@ def unified_cycle(parameters, state, observation, next_state):
     assess(parameters, observation, plan, last_duration, observer.force, situation, decision)
     guess = situation.tau_ref if new_step else state.decision.tau
     decide_landing(landing, situation, guess, decision)
-    if landing.max_speed < math.inf or landing.max_acceleration < math.inf:
-        keep_way_back(landing, situation, decision)
+    limited = landing.max_speed < math.inf or landing.max_acceleration < math.inf
+    if limited and keep_way_back(landing, situation, decision):
+        flag_limits(landing, situation, decision)
     command_landing(landing, observation, plan, decision, command)
     keep_box(tracking, observation, command)
     place_zmp(parameters, observation, situation, decision, command)
@@ -123,7 +124,7 @@ def _compiled() -> Callable[..., None]:
 
 @dataclass(frozen=True)
 class UnifiedController:
-    """ZMP, landing place and landing time from one convex problem, up to the limit of physics.
+    """ZMP, landing place and landing time from one problem, up to the limit of physics.
 
     Args:
         robot: whose gait it is, and whose leg and sole it makes use of.
@@ -165,7 +166,6 @@ class UnifiedController:
     commitment: float | None = None
     step_duration: float | None = None
     period: float = 0.001
-    left_out: tuple[str, ...] = field(init=False, repr=False, compare=False)
     gait: NominalGait = field(init=False, repr=False)
     parameters: NDArray[np.void] = field(init=False, repr=False, compare=False)
 
@@ -262,4 +262,4 @@ class UnifiedController:
 
     def with_velocity(self, velocity: tuple[float, float]) -> Self:
         """The same controller for another velocity; the state carries over."""
-        return replace(self, velocity=velocity, **again(self))
+        return replace(self, velocity=velocity)

@@ -92,9 +92,10 @@ def assess(parameters, observation, plan, last_duration, force, situation, decis
     situation.tau_min, situation.tau_max = math.exp(omega * soonest), math.exp(omega * latest)
     situation.earliest, situation.latest = soonest - elapsed, latest - elapsed
     for i in range(2):
-        situation.force[i] = mirror(observation.support_side, i) * force[i]
-    push_x = situation.force[0] * parameters.anticipation
-    push_y = situation.force[1] * parameters.anticipation
+        # Of the push as observed, what is expected to go on.
+        side = mirror(observation.support_side, i)
+        situation.force[i] = side * force[i] * parameters.anticipation
+    push_x, push_y = situation.force[0], situation.force[1]
     share = saved_share(landing, situation, push_x, push_y)
     decision.share = share
     anticipate(landing, situation, share * push_x, share * push_y)

@@ -5,9 +5,9 @@ F / (m omega^2) (1 - e^(-omega h)) now would, across touchdowns too. So what a p
 added to the offset before the landing is decided; but never more than can be saved at all, since a
 decision for a hopeless case would be a bad one for all others.
 
-Nobody knows when a push ends. A landing is for good, and a leg takes time to come back. So only
-landings count that also save the robot if the push ends as soon as they cannot be taken back any
-more, and a foot in the air goes no further than it can come back from. Own derivation.
+It is not known when a push ends. A landing cannot be taken back, and a leg takes time to come back.
+So only landings count that also save the robot if the push ends as soon as they cannot be taken
+back any more, and a foot in the air goes no further than it can come back from. Own derivation.
 """
 
 from __future__ import annotations
@@ -328,7 +328,7 @@ def anticipate(landing, situation, more_x, more_y):
     """Write what the DCM may be at the landing: the push goes on, or ends just before it.
 
     Until the landing can no longer be taken back the push is there to be seen, so for the side
-    away from it counts that it ends then: e k + f (k - e^(omega delta)).
+    away from it counts that it ends then: e k + f (k - e^(omega t_c)).
     """
     for i in range(2):
         more, force = (more_x if i == 0 else more_y), situation.force[i]
@@ -359,12 +359,16 @@ def margin(landing, situation):
 
 
 @njit
-def keep_way_back(landing, situation, decision):
+def keep_way_back(landing, situation, decision) -> bool:
     """Move the foot only as far as the robot can still be saved if the push ends now.
 
     A leg takes time to come back. While what could still be saved against the push is less than the
     reserve, the landing is drawn towards the one that would save it, the more the less it is.
+
+    Returns:
+        Whether it is drawn there.
     """
+    drawn = False
     for axis in range(2):
         force = situation.force[axis]
         if force == 0.0:
@@ -379,3 +383,5 @@ def keep_way_back(landing, situation, decision):
         if sign * (back - decision.step[axis]) > 0.0:
             part = max(room / reserve, 0.0)
             decision.step[axis] = back + part * (decision.step[axis] - back)
+            drawn = True
+    return drawn

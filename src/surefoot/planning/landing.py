@@ -228,11 +228,12 @@ def decide_landing(landing, situation, guess, decision):
             tau = best
             slope = tau_slope(landing, situation, tau, decision)
     decision.tau = tau
-    decision.active = active_limits(landing, situation, tau, decision)
+    decision.active = 0
     if slope > flat and tau <= situation.tau_min:
         decision.active |= _SHORTEST
     if slope < -flat and tau >= situation.tau_max:
         decision.active |= _LONGEST
+    flag_limits(landing, situation, decision)
 
 
 @njit
@@ -270,9 +271,9 @@ def root(landing, situation, low, at_low, high, at_high, flat, decision):
 
 
 @njit
-def active_limits(landing, situation, tau, decision):
-    """The flags of the limits that hold a decision, but for those of the ZMP and of the time."""
-    active = 0
+def flag_limits(landing, situation, decision):
+    """Write the flags of the limits that hold a landing; those of the time are kept."""
+    tau, active = decision.tau, decision.active & (_SHORTEST | _LONGEST)
     left = max(math.log(tau) / landing.omega - situation.elapsed, 0.0)
     growth = tau * math.exp(-landing.omega * situation.elapsed)
     speed, acceleration = landing.max_speed, landing.max_acceleration
@@ -287,11 +288,11 @@ def active_limits(landing, situation, tau, decision):
         ):
             active |= _LEG[axis]
         for value in excess_at(landing, situation, axis, growth, place):
-            if value > -reserved(landing, axis, growth):
+            if value > -landing.reserve[axis]:
                 active |= _RESERVE
             if value > landing.tolerance:
                 active |= _LOST
-    return active
+    decision.active = active
 
 
 @njit

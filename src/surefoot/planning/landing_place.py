@@ -1,7 +1,8 @@
 """The landing that costs an axis least, for a given time: the inner problem of `planning.landing`.
 
-For one tau the cost of an axis is piecewise quadratic and convex in the landing X, with kinks at
-the nodes of Z and where a penalty sets in. Newton's method inside a bracket finds its minimum.
+For one tau the cost of an axis is piecewise quadratic in the landing X, with kinks at the nodes of
+Z and where a penalty sets in, and convex where Z is concave. Newton's method inside a bracket finds
+its minimum; where the Z of a slow leg bends up a little, one that costs the same to 1e-3.
 """
 
 from __future__ import annotations

@@ -13,10 +13,10 @@ the ZMP reaches. The problem is to find X and tau that minimise
 
 v = (a - c) k + b - X - Z_along(X) and its mirror image -(a + c) k - b + X - Z_against(X). There
 a k + b is the DCM offset at the landing: with the anticipated e' a = e' and b = 0 along a push,
-which goes on; and a = e + f, b = -f e^(omega delta) against it, where it ends as soon as the
+which goes on; and a = e + f, b = -f e^(omega t_c) against it, where it ends as soon as the
 landing cannot be taken back any more (`planning.anticipation`). Z is what later steps are worth
-(`models.viable_displacement`): v > 0 is a fall. c_g <= c is how far the ZMP moves gladly. X lies in
-the step box and within reach of the leg, tau between its bounds.
+(`models.viable_displacement`): v > 0 is a fall. c_g <= c is how far the ZMP moves while nothing is
+in danger. X lies in the step box and within reach of the leg, tau between its bounds.
 
 X + Z grows with X, Z is concave but for a little where a slow leg begins to need more than T_min,
 ln tau is concave, the rest is linear. The two axes share nothing but tau. The weights have no
@@ -77,7 +77,7 @@ LANDING = np.dtype(
     ],
 )
 """What is the same in all decisions of a controller: omega; a1, a3, a4, w_v, w_m, w_g and rho; what
-counts as nothing beside R [m]; e^(omega delta), by which the DCM grows in the time before a landing
+counts as nothing beside R [m]; e^(omega t_c), by which the DCM grows in the time before a landing
 in which it cannot be taken back; c, c_g and delta [m]; limits of the leg [m/s, m/s^2]; T_min and
 T_max [s]; the step box, and Z on it [m]. `worth` is by axis, then Z for an offset along it or
 against it of the step that is decided, so that across, where the next step counts towards the other
@@ -141,9 +141,11 @@ class Limit(IntFlag):
     LONGEST = 128
     """The step cannot last longer."""
     RESERVE = 256
-    """What the push may still do, should it go on, leaves less than the reserve."""
+    """After this landing less than the reserve is left, if the push goes on as anticipated or if it
+    ends just before."""
     LOST = 512
-    """Nothing that can be decided now would survive a push that goes on as anticipated."""
+    """After this landing nothing would survive a push that goes on as anticipated, or one that ends
+    just before."""
 
 
 class Decision(Record):

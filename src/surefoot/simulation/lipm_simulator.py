@@ -31,7 +31,7 @@ from surefoot.models.viability import fall_distance
 from surefoot.simulation.disturbance import Disturbance, misplace
 
 SLIVER = 1e-6
-"""Fraction of a period that is no cycle."""
+"""Cycles shorter than this fraction of a period are merged into the next."""
 
 OTHER_PENDULUM = 1e-9
 """A DCM this far from what CoM and velocity make it is that of another robot, as a fraction of the
@@ -235,7 +235,7 @@ def lipm_cycle(parameters, world, command, pushes, next_world):
         observation.dcm[0] - observation.support_foot[0],
         observation.dcm[1] - observation.support_foot[1],
     )
-    # What is no number has fallen too.
+    # NaN counts as a fall.
     next_world.fallen = 0 if distance <= parameters.fall_distance else 1
 
 
