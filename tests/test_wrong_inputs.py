@@ -152,6 +152,40 @@ def test_two_hundred_wrong_cycles_leave_nothing_behind(key: str, what: str) -> N
     assert HELD not in loop.statuses[-1]
 
 
+@pytest.mark.parametrize("key", COMPILED)
+def test_a_clock_is_not_believed_beside_feet_that_are_not(key: str) -> None:
+    """Set back, and yet a step that is older: nothing that happens to a robot does both."""
+    controller = method(key).controller(ROBOT, (0.3, 0.0))
+
+    def wrong(seen: sf.Observation) -> sf.Observation:
+        if not 1.714 <= seen.time < 1.914:
+            return seen
+        seen = moved("swing_foot", 0.0, 0.0, 5.0)(seen)
+        return seen.replace(time=seen.time - 0.34, elapsed=seen.elapsed + 0.11)
+
+    loop = Loop(controller).run(1.9, wrong)
+    assert loop.state["belief"]["seen"]["elapsed"][0] == pytest.approx(
+        loop.observation.elapsed - controller.period, abs=1e-9
+    )
+
+
+@pytest.mark.parametrize("key", COMPILED)
+def test_a_velocity_that_stands_still_is_not_believed_beside_a_dcm_that_does_not(key: str) -> None:
+    """A blow changes both."""
+    controller = method(key).controller(ROBOT, (0.3, 0.0))
+
+    def wrong(seen: sf.Observation) -> sf.Observation:
+        if not 1.774 <= seen.time < 1.974:
+            return seen
+        return seen.replace(com_velocity=(-0.5, seen.com_velocity[1]))
+
+    loop = Loop(controller).run(1.97, wrong)
+    believed = loop.state["belief"]["seen"][0]["com_velocity"]
+    assert believed == pytest.approx(loop.observation.com_velocity, abs=0.05)
+    assert not loop.run(5.0).fallen
+    assert HELD not in loop.statuses[-1]
+
+
 @pytest.mark.parametrize("key", FAST)
 def test_a_robot_that_sees_nothing_walks_on(key: str) -> None:
     """No number at all for two seconds: nothing pushes, so the prediction is what happens."""

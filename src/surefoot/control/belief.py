@@ -56,10 +56,10 @@ CLOCK, FEET, PENDULUM, TRUNK = 1, 2, 4, 8
 STRICT = 0.125
 """Part of that jump which is left to an observation of which some part cannot be true."""
 
-TOGETHER, STEPS_OF_DOUBT = 0.5, 4.0
+TOGETHER, APART, STEPS_OF_DOUBT = 0.5, 0.25, 4.0
 """A DCM may differ from com + com_velocity / omega by this part of the latter, if it was made with
-the natural frequency of another pendulum, and by `jump`. One that differs more is believed only if
-it has gone on for so many of the longest steps: then CoM and DCM never did fit."""
+the natural frequency of another pendulum, and by this part of `jump`. One that differs more is
+believed only if it has gone on for so many of the longest steps: then they never did fit."""
 
 RESOLUTION = 1e-15
 """A double resolves a time to this part of it; within that, the clock of the step is the better."""
@@ -176,11 +176,7 @@ def _goes_on(gate, known, command, observation, part) -> bool:
     passed = observation.time - before.time
     if part == CLOCK:
         since = observation.elapsed - before.elapsed
-        even = passed > 0.0 and passed <= gate.slack and abs(since - passed) <= 0.5 * gate.period
-        # A clock may have been set; a step that lasts too long has been seen to become so old.
-        expected = known.seen.elapsed + gate.period
-        set_anew = is_near(observation.elapsed, expected, gate.slack)
-        return even and (set_anew or 0.0 <= observation.elapsed <= gate.longest)
+        return passed > 0.0 and passed <= gate.slack and abs(since - passed) <= 0.5 * gate.period
     # A sensor that has stopped shows the same value in every cycle.
     alive = passed > 0.0 or observation.elapsed > before.elapsed
     if not (alive and passed <= gate.slack and _is_possible(gate, observation)):
@@ -203,9 +199,24 @@ def _goes_on(gate, known, command, observation, part) -> bool:
     for i in range(2):
         lead = observation.com_velocity[i] / gate.omega
         apart = observation.dcm[i] - observation.com[i] - lead
-        if abs(apart) > gate.jump + TOGETHER * abs(lead):
+        if abs(apart) > APART * gate.jump + TOGETHER * abs(lead):
             return False
     return True
+
+
+@njit
+def _is_age_possible(gate, known, observation, feet) -> bool:
+    """Whether the step under way can be as old as a clock says that has gone on for a while."""
+    elapsed, expected = observation.elapsed, known.seen.elapsed + gate.period
+    # A clock may have been set; a step that lasts too long has been seen to become so old.
+    if is_near(elapsed, expected, gate.slack):
+        return True
+    if not 0.0 <= elapsed <= gate.longest:
+        return False
+    # Cycles may have been lost, or a touchdown not been seen. Else only feet that are seen know.
+    same_step = is_near(observation.time - elapsed, known.began, gate.slack)
+    unseen = elapsed < expected and is_near(observation.time, known.time, gate.slack)
+    return feet or same_step or unseen
 
 
 @njit
@@ -258,6 +269,7 @@ def _look_at_step(gate, jump, state, observation, belief):
         # The feet are not seen, but a landing was due and the clock has begun anew.
         clock = landed = clock_fits(gate, known.time, known.began, observation, True)
     confirmed = not clock and _confirm(gate, state, observation, CLOCK, 0, belief)
+    confirmed = confirmed and _is_age_possible(gate, known, observation, feet)
     ends = due <= gate.period * (1.0 + ALMOST)
     if not clock and not confirmed and not feet:
         # Not while what is shown may turn out to be true: the next step's foot would land at once.
