@@ -146,6 +146,12 @@ def _edit(truth, modes, values, side_mode, side, flat, shown):
         shown[0].support_side = -shown[0].support_side
 
 
+def _edit_by(truth, edits, row, flat, shown):
+    """The same by one row of edits."""
+    modes, values, side_modes, sides = edits
+    _edit(truth, modes[row], values[row], side_modes[row], sides[row], flat, shown)
+
+
 @njit
 def _show(kernel, parameters, states, truths, edits, shown, flat, limits, wrong):
     """One observation after another, whatever the commands are."""
@@ -239,7 +245,7 @@ class Subject:
             return
         state = self.states[start]
         for n in range(len(truths)):
-            _edit(truths[n], *(part[n] for part in edits), flat, shown)
+            _edit_by(truths[n], edits, n, flat, shown)
             state = self._step(state, shown.copy(), wrong)
 
     def walks_on(
@@ -265,9 +271,7 @@ class Subject:
         for n in range(cycles):
             seen = world["observation"].copy()
             if n < garbage:
-                _edit(
-                    world["observation"][0], *(part[n % len(part)] for part in edits), flat, shown
-                )
+                _edit_by(world["observation"][0], edits, n % len(edits[0]), flat, shown)
                 seen = shown.copy()
             state = self._step(state, seen, wrong)
             command = sf.Command.of(state["command"].copy())

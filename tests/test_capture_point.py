@@ -93,9 +93,8 @@ def test_a_leg_that_is_too_slow_is_told() -> None:
 
 def test_a_foot_that_is_late_is_told() -> None:
     controller = sf.CapturePointStepping(ROBOT, (0.5, 0.0))
-    begin = controller.first_observation()
-    late = begin.replace(elapsed=0.6, time=0.6)
-    command, _ = controller.step(controller.start(begin), late)
+    late = controller.first_observation().replace(elapsed=0.6, time=0.6)
+    command, _ = controller.step(controller.start(late), late)
     assert sf.Status.NO_TIME_LEFT in command.status
     assert command.step_duration == 0.6
 

@@ -226,9 +226,48 @@ def test_push_limits(controller, direction, reference: float) -> None:
         ({"preview": 3.0}, "a preview of at most 2000 periods; got 3.0 s in periods of 0.001 s"),
         ({"input_weight": 1e-10}, "a gait that becomes periodic"),
         ({"preview": 0.05}, "a gait that becomes periodic"),
-        ({"input_weight": 1e-300}, "weights of preview control"),
+        (
+            {"input_weight": 1e-300},
+            r"1e\+12 of each other; got `error_weight` 1 beside `input_weight` ",
+        ),
     ],
 )
 def test_parameters_that_make_no_sense(arguments, message: str) -> None:
     with pytest.raises(sf.ParameterError, match=message):
         sf.PreviewControl(ROBOT, (0.5, 0.0), **arguments)
+
+
+def test_gains_that_rounding_leaves_nothing_of_are_refused() -> None:
+    """Effort at the end of what a double resolves: some of these matrices are singular."""
+    refused = 0
+    for weight in np.geomspace(1e-16, 1e-14, 50):
+        try:
+            preview_gains(3.5, 0.001, 100, 1.0, (0.0, 0.0, 0.0), float(weight))
+        except sf.ParameterError:
+            refused += 1
+    assert refused > 0
+
+
+def test_the_ratio_of_weights_is_that_of_similar_robots() -> None:
+    """What a robot of 0.1 mm is given by default may be written out."""
+    small = ROBOT.replace(com_height=1e-4 * ROBOT.com_height, hip=1e-4 * ROBOT.hip)
+    gait = ROBOT.gait
+    pairs = {
+        name: (1e-4 * getattr(gait, name)[0], 1e-4 * getattr(gait, name)[1])
+        for name in ("step_x", "step_y", "dcm_offset")
+    }
+    times = (0.01 * gait.step_duration[0], 0.01 * gait.step_duration[1])
+    small = small.replace(
+        gait=type(gait)(step_duration=times, **pairs),
+        foot=type(ROBOT.foot)(length=2e-5, width=1e-5),
+        swing=sf.Swing(height=5e-6),
+    )
+    left_out = sf.PreviewControl(small, (0.005, 0.0), period=1e-5)
+    written = sf.PreviewControl(
+        small,
+        (0.005, 0.0),
+        input_weight=left_out.input_weight,
+        preview=left_out.preview,
+        period=1e-5,
+    )
+    assert written.parameters.tobytes() == left_out.parameters.tobytes()

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 import surefoot as sf
-from random_robots import RandomCell, random_cell
+from random_cells import RandomCell, random_cell
 from surefoot.control.methods import METHODS
 from surefoot.models.viable_displacement import viable_displacement
 
 SHARES = [*np.arange(0.04, 0.93, 0.04), 0.95]
-"""Of the causal limit; `benchmarks/random_robots.py` has finer steps and hundreds of cells."""
+"""Of the causal limit; `benchmarks/push_shares.py` has finer steps and hundreds of cells."""
 
 CELLS, ACCELERATED = range(300, 312), range(400, 405)
 

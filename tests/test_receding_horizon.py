@@ -68,7 +68,6 @@ def test_the_lean_response_is_the_flow() -> None:
 
 def random_moment(controller, rng):
     """A pushed robot somewhere in a step, with the program that is due there."""
-    state = controller.start(controller.first_observation())
     cycle = int(rng.integers(0, controller.programs.gain.shape[0]))
     elapsed = cycle * controller.period
     begin = controller.first_observation()
@@ -91,7 +90,8 @@ def random_moment(controller, rng):
         np.empty((2, unknowns + rows)),
         np.empty((2, unknowns + rows)),
     ]
-    next_state = np.zeros(1, MPC_STATE)
+    # What is believed begins here: no robot gets there from the gait in one cycle.
+    state, next_state = controller.start(observation), np.zeros(1, MPC_STATE)
     task, row = prepare(
         controller.parameters, programs.gain, programs.row_state, state, observation.array,
         next_state, *work,

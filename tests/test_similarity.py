@@ -15,7 +15,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import surefoot as sf
-from random_robots import RandomCell, random_cell
+from random_cells import RandomCell, random_cell
 from scales import UNITY, Scale, largest_difference
 from surefoot.control.methods import METHODS, Method
 from surefoot.models.viability import fall_distance

@@ -235,6 +235,10 @@ def test_every_parameter_of_every_method_has_its_unit() -> None:
     assert missing == []
     one = column([{"robot.foot.length": 0.1, "gait.step_x.max": 0.5}], "gait.step_x.max")
     assert one.label == "gait.step_x.max [m]"
+    rows = [{"controller.step_weight": 1.0}]
+    for method, unit in (("unified", "–"), ("hybrid", "1/m²")):
+        one = column(rows, "controller.step_weight", method)
+        assert one.label == f"controller.step_weight [{unit}]"
 
 
 @pytest.mark.parametrize("kind", ["lines", "close", "map", "panels"])

@@ -211,9 +211,12 @@ def test_without_any_answer_the_steps_are_nominal_and_the_status_says_so() -> No
 @pytest.mark.parametrize("dcm", [(1e8, 0.0), (3.0, -3.0), (-0.8, 0.8)])
 def test_a_hopeless_dcm_gets_a_finite_command_with_a_flag(dcm) -> None:
     controller = sf.TimingNlp(SLOW_LEG, (0.5, 0.0))
-    begin = controller.first_observation()
-    command, _ = controller.step(controller.start(begin), begin.replace(dcm=dcm))
+    hopeless = controller.first_observation().replace(dcm=dcm)
+    held, state = controller.step(controller.start(hopeless), hopeless)
+    # A robot that has fallen is held in the first cycle, and decided on in the next.
+    command, _ = controller.step(state, hopeless)
     for name in command.DTYPE.names or ():
+        assert np.isfinite(held.array[name]).all(), name
         assert np.isfinite(command.array[name]).all(), name
     assert command.status & (sf.Status.OFFSET_VIOLATED | sf.Status.NOT_CONVERGED)
 

@@ -7,7 +7,7 @@ import pytest
 from msgspec import structs
 
 import surefoot as sf
-from random_robots import random_cell, random_robot
+from random_cells import random_cell, random_robot
 from surefoot.models.robot import Trunk
 from surefoot.models.viability import fall_distance
 from surefoot.models.viable_displacement import viable_displacement

@@ -286,7 +286,7 @@ def test_the_bounds_grow_with_the_robot(length: float) -> None:
 
 
 @pytest.mark.parametrize("key", COMPILED)
-@pytest.mark.parametrize("length", [0.1, 4.0])
+@pytest.mark.parametrize("length", [0.1, 10.0])
 def test_small_and_large_robots_far_away_are_believed(key: str, length: float) -> None:
     gait, time = ROBOT.gait, math.sqrt(length)
     limits = type(gait)(

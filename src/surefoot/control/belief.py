@@ -220,12 +220,29 @@ def _confirm(gate, state, observation, part, index, belief) -> bool:
 @njit
 def _look_closely(gate, state, observation, belief):
     """Believe what can be believed, and predict the rest."""
-    known, command = state.belief, state.command
-    last = known.seen
+    known = state.belief
     for k in range(3):
         belief.streak[k] = 0
     # Where one part cannot be true, the others are believed if they are what was to be expected.
     jump = STRICT * gate.jump
+    clock, feet, passed = _look_at_step(gate, jump, state, observation, belief)
+    pendulum, trunk = _look_at_motion(gate, jump, state, observation, passed, belief)
+    guessed = (0 if clock else CLOCK) + (0 if feet else FEET)
+    guessed += (0 if pendulum else PENDULUM) + (0 if trunk else TRUNK)
+    belief.guessed = guessed
+    belief.blind = known.blind + 1 if guessed != 0 else 0
+    belief.shown = observation
+
+
+@njit
+def _look_at_step(gate, jump, state, observation, belief):
+    """Clock and feet: they are judged together, since a touchdown changes both.
+
+    Returns:
+        Whether the clock is believed, whether the feet are, and the time since the last cycle [s].
+    """
+    known, command = state.belief, state.command
+    last = known.seen
     feet = feet_fit(gate, jump, last, command, observation)
     landed = feet and observation.support_side != last.support_side
     clock = clock_fits(gate, known.time, known.began, observation, landed)
@@ -251,14 +268,24 @@ def _look_closely(gate, state, observation, belief):
     elif landed and ends:
         passed = max(due, 0.0)
     belief.seen = last
-    seen = belief.seen
     _take_clock(known, observation, clock or confirmed, landed, passed, belief)
     if confirmed:
         belief.began = observation.time - observation.elapsed
     if feet:
-        _take_feet(observation, seen)
+        _take_feet(observation, belief.seen)
     else:
-        _move_feet(command, landed, seen)
+        _move_feet(command, landed, belief.seen)
+    return clock or confirmed, feet, passed
+
+
+@njit
+def _look_at_motion(gate, jump, state, observation, passed, belief):
+    """Pendulum and trunk, over the foot that is believed to carry.
+
+    Returns:
+        Whether the pendulum is believed, and whether the trunk is.
+    """
+    last, command, seen = state.belief.seen, state.command, belief.seen
     pendulum = pendulum_fits(gate, jump, last, command.zmp, observation, passed)
     pendulum = pendulum and is_up(gate, observation, seen.support_foot)
     pendulum = pendulum or _confirm(gate, state, observation, PENDULUM, 2, belief)
@@ -282,11 +309,7 @@ def _look_closely(gate, state, observation, belief):
                 gate.max_lean,
                 passed,
             )
-    guessed = 0 if clock or confirmed else CLOCK
-    guessed += (0 if feet else FEET) + (0 if pendulum else PENDULUM) + (0 if trunk else TRUNK)
-    belief.guessed = guessed
-    belief.blind = known.blind + 1 if guessed != 0 else 0
-    belief.shown = observation
+    return pendulum, trunk
 
 
 @njit

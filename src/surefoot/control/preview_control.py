@@ -233,13 +233,9 @@ class PreviewControl:
             )
         for weight, unit in zip(self.state_weight, ("1/m^2", "s^2/m^2", "s^4/m^2"), strict=True):
             check_number("state_weight", weight, 0.0, unit)
-        check_weights(
-            error_weight=self.error_weight,
-            state_weight=self.state_weight,
-            input_weight=self.input_weight,
-        )
         if self.preview is not None:
             check_number("preview", self.preview, self.period, "s")
+        self._check_ratios()
         omega = self.robot.omega
         fill_in(self, input_weight=INPUT_WEIGHT / omega**6, preview=LOOK_AHEAD / omega)
         gait = nominal_gait(self.robot, self.velocity, self.step_duration)
@@ -247,6 +243,17 @@ class PreviewControl:
         object.__setattr__(self, "velocity", gait.velocity)
         object.__setattr__(self, "parameters", self._parameters())
         _compiled()  # Now rather than in the first control cycle.
+
+    def _check_ratios(self) -> None:
+        # Units of time differ: in those of the pendulum, robots of all sizes have the same ratios.
+        omega, (place, speed, change) = self.robot.omega, self.state_weight
+        weights = {
+            "error_weight": self.error_weight,
+            "state_weight": (place, speed * omega**2, change * omega**4),
+        }
+        if self.input_weight is not None:
+            weights["input_weight` * `omega^6"] = self.input_weight * omega**6
+        check_weights(**weights)
 
     def _parameters(self) -> NDArray[np.void]:
         samples = round(filled(self.preview) / self.period)

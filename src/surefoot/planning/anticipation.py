@@ -3,7 +3,11 @@
 A force F that lasts for h more seconds moves the DCM as much as a displacement of
 F / (m omega^2) (1 - e^(-omega h)) now would, across touchdowns too. So what a push MAY still do is
 added to the offset before the landing is decided; but never more than can be saved at all, since a
-decision for a hopeless case would be a bad one for all others. Own derivation.
+decision for a hopeless case would be a bad one for all others.
+
+Nobody knows when a push ends. A landing is for good, and a leg takes time to come back. So only
+landings count that also save the robot if the push ends as soon as they cannot be taken back any
+more, and a foot in the air goes no further than it can come back from. Own derivation.
 """
 
 from __future__ import annotations

@@ -1,12 +1,13 @@
-"""Solve the problem of `planning.landing_problem`, exactly and in a bounded number of steps.
+"""Solve the problem of `planning.landing_problem` in a bounded number of steps.
 
 For a given tau the axes are apart, and each is solved by `planning.landing_place`. What remains is
-a convex function of tau alone; the envelope theorem gives its derivative, in which an active reach
-of the leg counts with its multiplier, and a bracketing secant method finds the root. Nothing is
-allocated.
+a function of tau alone, convex where Z is concave; the envelope theorem gives its derivative, in
+which an active reach of the leg counts with its multiplier, and a bracketing secant method finds
+the root. Nothing is allocated.
 
-With a leg of limited acceleration the reach is convex in time until full speed, where the problem
-is not quite convex: then the best of some parts of the interval comes first.
+With a leg of limited acceleration the reach is convex in time until full speed, and has a kink
+where it comes to an end of the step box. There the problem is not convex: the best of some landing
+times comes first, and the decision costs no more than that.
 """
 
 from __future__ import annotations

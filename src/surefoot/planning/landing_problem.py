@@ -13,8 +13,8 @@ the ZMP reaches. The problem is to find X and tau that minimise
 
 v = (a - c) k + b - X - Z_along(X) and its mirror image -(a + c) k - b + X - Z_against(X). There
 a k + b is the DCM offset at the landing: with the anticipated e' a = e' and b = 0 along a push,
-which goes on; and a = e + f, b = -f e^(omega delta) against it, where it ends as soon as the landing
-cannot be taken back any more (`planning.anticipation`). Z is what later steps are worth
+which goes on; and a = e + f, b = -f e^(omega delta) against it, where it ends as soon as the
+landing cannot be taken back any more (`planning.anticipation`). Z is what later steps are worth
 (`models.viable_displacement`): v > 0 is a fall. c_g <= c is how far the ZMP moves gladly. X lies in
 the step box and within reach of the leg, tau between its bounds.
 
@@ -103,8 +103,8 @@ SITUATION = np.dtype(
     ],
 )
 """What is different in each: t, and the least and largest time to the landing [s]; e, f and e' [m];
-a and b by axis and side, see above [m]; swing foot, its velocity [m/s], X_ref and d_ref [m]; tau_ref
-and the bounds of tau, tau_min >= e^(omega t)."""
+a and b by axis and side, see above [m]; swing foot, its velocity [m/s], X_ref and d_ref [m];
+tau_ref and the bounds of tau, tau_min >= e^(omega t)."""
 
 DECISION = np.dtype(
     [

@@ -98,16 +98,20 @@ def preview_gains(
         _digits(state_weight[2] * omega**4),
     )
     effort = _digits(input_weight * omega**6)
-    p = _riccati(a, b, np.diag(weights), effort)
+    unsolved = ParameterError(
+        "weights of preview control with which its Riccati equation can be solved",
+        f"Q = diag{(error_weight, *state_weight)}, R = {input_weight}",
+        "leave them out for the defaults",
+    )
+    try:
+        p = _riccati(a, b, np.diag(weights), effort)
+    except np.linalg.LinAlgError as error:
+        raise unsolved from error
     inverse = 1.0 / (effort + (b.T @ p @ b).item())
     gain = inverse * (b.T @ p @ a)
     closed = a - b @ gain
     if not (np.isfinite(closed).all() and np.abs(np.linalg.eigvals(closed)).max() < 1.0):
-        raise ParameterError(
-            "weights of preview control with which its Riccati equation can be solved",
-            f"Q = diag{(error_weight, *state_weight)}, R = {input_weight}",
-            "leave them out for the defaults",
-        )
+        raise unsolved
     preview, costate = np.empty(samples), p[:, 0].copy()
     for k in range(samples):
         preview[k] = inverse * (b[:, 0] @ costate)

@@ -27,19 +27,24 @@ UNITS = {
     "impulse": "N s", "angle": "°", "phase": "of the step", "duration": "s", "step": "",
     "dcm_noise": "m", "velocity_noise": "m/s", "delay": "s", "com_offset": "m",
     "landing_error": "m", "touchdown_shift": "s", "seed": "",
-    "ankle": "", "knows_leg": "", "push_horizon": "s",
-    "comfort": "m", "commitment": "s", "dcm_gain": "1/s",
+    "ankle": "", "comfort": "m", "commitment": "s", "dcm_gain": "1/s",
     "double_support": "of the step",
     "error_weight": "1/m²", "horizon": "s", "input_weight": "s⁶/m²", "lean_rate_weight": "s²/rad²",
-    "lean_weight": "1/rad²", "max_iterations": "", "offset_penalty": "1/m²",
-    "offset_weight": "", "path_weight": "1/m²", "period": "s", "preview": "s",
-    "project_zmp": "", "reserve": "m", "sample": "s", "samples": "", "solve_period": "s",
-    "state_weight": "1/m², s²/m², s⁴/m²", "step_weight": "", "tau_weight": "–",
+    "knows_leg": "", "lean_weight": "1/rad²", "max_iterations": "", "offset_penalty": "1/m²",
+    "offset_weight": "1/m²", "path_weight": "1/m²", "period": "s", "preview": "s",
+    "project_zmp": "", "push_horizon": "s", "reserve": "m", "sample": "s", "samples": "",
+    "solve_period": "s",
+    "state_weight": "1/m², s²/m², s⁴/m²", "step_weight": "1/m²", "tau_weight": "–",
     "threshold": "m", "torque_weight": "1/m²", "velocity_weight": "s²/m²", "zmp_share": "–",
     "zmp_weight": "1/m²",
 }  # fmt: skip
-"""Unit of every parameter that a study can set, by its name without what it belongs to; none where
-methods differ in it: weights of the unified controller have no units."""
+"""Unit of every parameter that a study can set, by its name without what it belongs to."""
+
+OWN_UNITS = {
+    ("unified", "step_weight"): "–",
+    ("unified", "offset_weight"): "–",
+}
+"""Where a method has a unit of its own for a parameter that others have too."""
 
 QUANTITIES = {
     "impulse": ("smallest push that fails", "N s"),
@@ -89,8 +94,8 @@ class Column:
     geometric: bool
 
 
-def column(rows: Sequence[Row], name: str) -> Column:
-    """A varied parameter of a table.
+def column(rows: Sequence[Row], name: str, method: str | None = None) -> Column:
+    """A varied parameter of a table, in the units of this method.
 
     Raises:
         ParameterError: the table has no such column.
@@ -108,7 +113,7 @@ def column(rows: Sequence[Row], name: str) -> Column:
     if not all(math.isfinite(number) for number in numbers):
         words = list(dict.fromkeys(_word(value) for value in given))
         places = np.array([words.index(_word(value)) for value in given], float)
-        label = with_unit(name, _unit(name))
+        label = with_unit(name, _unit(name, method))
         return Column(
             name, label, places, np.arange(len(words), dtype=float), tuple(words), False, False
         )
@@ -118,7 +123,7 @@ def column(rows: Sequence[Row], name: str) -> Column:
     if name == "push.angle" and all(value in DIRECTIONS for value in values):
         words = tuple(DIRECTIONS[value] for value in values)
         return Column(name, name, places, values, words, True, False)
-    label = with_unit(f"{name} (x and y)" if both else name, _unit(name))
+    label = with_unit(f"{name} (x and y)" if both else name, _unit(name, method))
     return Column(name, label, places, values, words, True, _is_geometric(values))
 
 
@@ -150,9 +155,12 @@ def number_word(value: float) -> str:
     return f"{value:.0f}" if 1e4 <= abs(value) < 1e6 else f"{value:.4g}"
 
 
-def _unit(name: str) -> str:
+def _unit(name: str, method: str | None) -> str:
     """Of a parameter; halves of a pair have that of the whole."""
     rest = name.partition(".")[2]
+    own = OWN_UNITS.get((method or "", rest.partition(".")[0]))
+    if own is not None:
+        return own
     while rest not in UNITS and "." in rest:
         rest = rest.rpartition(".")[0]
     return UNITS.get(rest, "")

@@ -73,7 +73,7 @@ def sweep_figure(rows: Sequence[Row], about: Mapping[str, Any], name: str | None
     if not varied:
         raise ParameterError("at least one varied parameter", "none", "name one in [vary]")
     what = quantity(rows, varied, name)
-    columns = [column(rows, one) for one in varied]
+    columns = [column(rows, one, about.get("controller")) for one in varied]
     drawn = about.get("sampling", "grid") != "grid"
     if drawn or len(columns) > 2:
         figure = Figure(figsize=panels_size(len(columns)), facecolor="white")

@@ -1,8 +1,8 @@
 """How much of what can be survived is survived, by robots of no preset.
 
-    python benchmarks/random_robots.py [--cells 300] [--first 0] [--acceleration] [--rivals]
+    python benchmarks/push_shares.py [--cells 300] [--first 0] [--acceleration] [--rivals]
 
-Every cell is a robot, a gait and a push, drawn by its number (`tests/random_robots.py`). The
+Every cell is a robot, a gait and a push, drawn by its number (`tests/random_cells.py`). The
 impulse is scanned upwards in steps of 2 % of the causal limit, the most that can be survived
 without knowing when the push will end; what counts is the largest below which all are survived.
 """
@@ -24,7 +24,7 @@ from surefoot.control.methods import METHODS
 from surefoot.errors import SurefootError
 
 sys.path.append(str(Path(__file__).parents[1] / "tests"))
-from random_robots import RandomCell, random_cell
+from random_cells import RandomCell, random_cell
 
 SHARES = np.arange(0.02, 1.001, 0.02)
 

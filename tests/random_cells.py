@@ -114,7 +114,10 @@ class RandomCell:
         ).impulse
 
     def settles(
-        self, controller: sf.Controller, shares: Sequence[float], limit: float
+        self,
+        controller: sf.Controller,
+        shares: Sequence[float] | NDArray[np.float64],
+        limit: float,
     ) -> NDArray[np.bool_]:
         """Whether it is back in its gait after pushes of these shares of a limit [N s]."""
         end = self.start + self.duration + recovery_time(controller)
