@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from playwright.sync_api import Browser, Page, expect, sync_playwright
 from rich.console import Console
@@ -278,6 +279,17 @@ def test_polar_maps_show_the_limit_around(cube: PushCube) -> None:
             line = drawn(figure, f"{name}-{phase:g}")
             assert np.allclose(line.get_ydata()[:-1], values[row])
             assert np.allclose(line.get_xdata()[:-1], np.radians(cube.angles))
+
+
+@pytest.mark.parametrize("draw", [heat_figure, polar_figure])
+def test_the_words_over_a_picture_stay_inside_and_apart(draw: Any, cube: PushCube) -> None:
+    figure = draw(cube)
+    renderer = FigureCanvasAgg(figure).get_renderer()
+    boxes = [text.get_window_extent(renderer) for text in figure.texts]
+    assert len(boxes) > 2
+    assert all(box.x1 < figure.bbox.x1 for box in boxes)
+    below = [ax._left_title.get_window_extent(renderer) for ax in figure.axes]  # type: ignore[attr-defined]
+    assert min(box.y0 for box in boxes) > max(box.y1 for box in below)
 
 
 @pytest.mark.parametrize(("directions", "phases"), [(1, 1), (2, 1), (5, 7)])

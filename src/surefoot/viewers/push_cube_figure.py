@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import textwrap
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -33,6 +34,9 @@ SHARE = 90.0
 
 _FIXED_DASH = (0, (1, 1.6))
 _WIDTH, _COLUMNS, _SIZE, _GAP = 12.5, 5, 2.04, 0.44
+
+_LETTERS = 150
+"""What fits into a line under the heading."""
 
 
 class _Heat(NamedTuple):
@@ -65,7 +69,7 @@ def heat_figure(cube: PushCube) -> Figure:
     figure = Figure(figsize=(_WIDTH, 8.3), facecolor="white")
     _headline(figure, cube)
     axes = figure.subplots(
-        2, 2, gridspec_kw={"left": 0.055, "right": 0.975, "bottom": 0.1, "top": 0.86,
+        2, 2, gridspec_kw={"left": 0.055, "right": 0.975, "bottom": 0.1, "top": 0.84,
                            "hspace": 0.34, "wspace": 0.12},
     )  # fmt: skip
     for ax, heat in zip(axes.flat, heats, strict=True):
@@ -90,7 +94,7 @@ def _headline(figure: Figure, cube: PushCube) -> None:
         HEADING, x=0.25 / _WIDTH, y=1.0 - 0.14 * up, ha="left", va="top", fontsize=12.5,
         fontweight="bold",
     )  # fmt: skip
-    for line, text in enumerate((origin(cube), finding(cube))):
+    for line, text in enumerate((origin(cube), *textwrap.wrap(finding(cube), _LETTERS))):
         figure.text(
             0.25 / _WIDTH, 1.0 - (0.42 + 0.2 * line) * up, text, fontsize=9.0, va="top",
             color=palette.QUIET,
@@ -152,7 +156,7 @@ def polar_figure(cube: PushCube) -> Figure:
     """
     columns = min(_COLUMNS, len(cube.phases))
     rows = math.ceil(len(cube.phases) / columns)
-    head, foot, below = 1.15, 0.45, 0.42
+    head, foot, below = 1.3, 0.45, 0.42
     height = head + rows * (_SIZE + below) + foot
     figure = Figure(figsize=(_WIDTH, height), facecolor="white")
     _headline(figure, cube)
