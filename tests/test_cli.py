@@ -75,7 +75,7 @@ def test_a_fall_exits_with_1_and_its_evidence() -> None:
 
 def test_several_pushes_and_an_endless_one() -> None:
     told = json.loads(
-        run("walk", "--push", "5,5@0+inf", "--push", "-1e2,.5@1.0+0.1", *PUSH, "--json").output
+        run("walk", "--push", "5,5@0+inf", "--push", "-1e2,.5@1.0+0.1", *PUSH, "--json").stdout
     )
     assert [push["force"] for push in told["pushes"]] == [[5.0, 5.0], [-100.0, 0.5], [176.0, 0.0]]
     assert told["pushes"][0]["duration"] is None
