@@ -39,11 +39,9 @@ swing foot moves between two cycles that are believed [m]; by how much a clock m
 robot [N]; inertia [kg m^2] and stop [rad] of its trunk, 0 without one; after how many cycles more
 what goes on to say the same is believed."""
 
-JUMP_PART, JUMP_CYCLE = 0.25, 0.0035
-"""Of the length that steps make up for, in a cycle of this many 1 / omega (1 ms for the paper's
-biped) or less: what moves further unexpectedly in one cycle waits to be confirmed. A push of 5 ms
-that is just survived moves the DCM by a fifth of it in 1 ms. In longer cycles it may be more, up to
-all of it."""
+JUMP_PART = 0.25
+"""Of the length that steps make up for: what moves further unexpectedly in one cycle waits to
+be confirmed. A push of 5 ms that is just survived moves the DCM by a fifth of it in 1 ms."""
 
 MOST_SPANS = 4.0
 """Half the width of the box of steps, so many times: a sequence of steps makes up for that much."""
@@ -80,8 +78,7 @@ def gate_parameters(robot: Robot, period: float) -> NDArray[np.void]:
     # What steps make up for, as the DCM at the end of a step; of very short ones not all of it.
     part = min(1.0 / (growth - 1.0), MOST_SPANS)
     mended = (robot.foot.half[i] + part * spans[i] for i in range(2))
-    cycles = max(robot.omega * period / JUMP_CYCLE, 1.0)
-    jump = min(JUMP_PART * cycles, 1.0) * max(robot.hip, *mended)
+    jump = JUMP_PART * max(robot.hip, *mended)
     slack = max(SLACK_PART * shortest, SLACK_PERIODS * period)
     gate["omega"], gate["period"], gate["jump"] = robot.omega, period, jump
     gate["reach"] = math.hypot(ahead, outer) + jump
