@@ -10,7 +10,7 @@ A benchmark finds this file by `sys.path.append` of the folder of the tests, beh
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -89,20 +89,14 @@ class RandomCell:
 
     def limit(self) -> float:
         """The largest impulse that a policy survives which is told how long the push is [N s]."""
-        return sf.push_limit(
-            self.robot,
-            self.direction,
-            velocity=self.velocity,
-            elapsed=self.elapsed,
-            duration=self.duration,
-            support_side=self.support_side,
-            zmp_reach=self.zmp_reach,
-            step_duration=self.step_duration,
-        ).impulse
+        return self._limit(sf.push_limit)
 
     def causal_limit(self) -> float:
         """The largest impulse that one survives which cannot know how long the push is [N s]."""
-        return sf.causal_push_limit(
+        return self._limit(sf.causal_push_limit)
+
+    def _limit(self, limit: Callable[..., sf.ImpulseLimit]) -> float:
+        return limit(
             self.robot,
             self.direction,
             velocity=self.velocity,

@@ -261,7 +261,7 @@ def prepare(
 
 
 @njit
-def _offset_at_landing(parameters, observation, deviation, solution, axis, cycle):
+def _offset_at_landing(parameters, deviation, solution, axis, cycle):
     """Deviation of the DCM when the foot lands, in the axes of the program [m]."""
     omega, sample = parameters.tracking.omega, parameters.sample
     elapsed = cycle * parameters.tracking.swing.period
@@ -312,7 +312,7 @@ def decide(parameters, deviation, solution, cycle, solved, next_state):
         if parameters.max_shift > 0.0:
             shift = solution[i, parameters.samples + parameters.steps]
             decision.torque[i] = sign * parameters.torque_per_shift * shift
-        dcm = _offset_at_landing(parameters, observation, deviation, solution, i, cycle)
+        dcm = _offset_at_landing(parameters, deviation, solution, i, cycle)
         decision.landing[i] = sign * landing
         decision.offset[i] = plan.end_offset[i] + sign * (dcm - landing)
 
