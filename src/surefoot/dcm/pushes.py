@@ -6,15 +6,20 @@ import math
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from surefoot.compiled import njit
 from surefoot.errors import ParameterError
+from surefoot.robot.feet import Side
 
 PUSH = np.dtype([("start", "f8"), ("end", "f8"), ("force", "f8", (2,))])
 """One push as a record: start and end [s], force (x, y) [N]."""
+
+DIRECTIONS = {"forward": 0.0, "outward": 90.0, "back": 180.0, "inward": 270.0}
+"""The four directions in which studies push, by name [deg]; see `push_direction`."""
 
 NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 """A number of a command, as a regular expression."""
@@ -57,6 +62,24 @@ class Push:
         object.__setattr__(self, "duration", duration)
         object.__setattr__(self, "force", (force_x, force_y))
 
+    @classmethod
+    def of_impulse(
+        cls, impulse: float, direction: tuple[float, float], start: float, duration: float
+    ) -> Self:
+        """A push by its impulse, J = F * duration.
+
+        Args:
+            impulse: J [N s].
+            direction: unit vector (x, y).
+            start: when it begins [s].
+            duration: how long it lasts [s].
+
+        Raises:
+            ParameterError: see `Push`.
+        """
+        force = impulse / duration
+        return cls(start, duration, (force * direction[0], force * direction[1]))
+
     @property
     def end(self) -> float:
         """When it ends [s]."""
@@ -70,6 +93,19 @@ class Push:
     def delta_v(self, mass: float) -> tuple[float, float]:
         """The robot-independent figure: impulse / mass (x, y) [m/s]."""
         return (self.impulse[0] / mass, self.impulse[1] / mass)
+
+
+def push_direction(angle: float, support_side: Side) -> tuple[float, float]:
+    """A push's unit vector (x, y) in the world; exact on the axes.
+
+    Args:
+        angle: from forward (0) towards the swing foot, outward (90) [deg].
+        support_side: the foot that stands.
+    """
+    quarter = {0.0: (1.0, 0.0), 90.0: (0.0, 1.0), 180.0: (-1.0, 0.0), 270.0: (0.0, -1.0)}
+    radians = math.radians(angle)
+    x, y = quarter.get(angle, (math.cos(radians), math.sin(radians)))
+    return x, support_side * y + 0.0
 
 
 def parse_push(text: str) -> Push:

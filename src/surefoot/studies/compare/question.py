@@ -14,6 +14,7 @@ from surefoot.checks import check_number
 from surefoot.control.methods import METHODS, method
 from surefoot.dcm.nominal_gait import nominal_gait
 from surefoot.dcm.push_limit import check_leg
+from surefoot.dcm.pushes import push_direction
 from surefoot.errors import ParameterError
 from surefoot.robot.feet import Side
 from surefoot.robot.robot import Robot
@@ -21,19 +22,6 @@ from surefoot.studies.compare.conditions import UNDISTURBED, condition
 
 PUSHED_STEP = 2
 """The push comes in the third step, as in the paper; it is one on the right foot."""
-
-
-def push_direction(angle: float, support_side: Side) -> tuple[float, float]:
-    """A push's unit vector (x, y) in the world; exact on the axes.
-
-    Args:
-        angle: from forward (0) towards the swing foot (90) [deg].
-        support_side: the foot that stands.
-    """
-    quarter = {0.0: (1.0, 0.0), 90.0: (0.0, 1.0), 180.0: (-1.0, 0.0), 270.0: (0.0, -1.0)}
-    radians = math.radians(angle)
-    x, y = quarter.get(angle, (math.cos(radians), math.sin(radians)))
-    return x, support_side * y + 0.0
 
 
 def every_method() -> tuple[str, ...]:

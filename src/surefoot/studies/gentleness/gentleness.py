@@ -141,10 +141,10 @@ def gentleness(
             for cell in protocol.cells():
                 if cell.leg_speed != leg_speed:
                     continue
-                force = [impulse / cell.push_duration * x for x in protocol.direction(cell.angle)]
-                push = Push(
-                    protocol.push_start(cell.phase), cell.push_duration, (force[0], force[1])
-                )
+                push = Push.of_impulse(
+                    impulse, protocol.direction(cell.angle), protocol.push_start(cell.phase),
+                    cell.push_duration,
+                )  # fmt: skip
                 controller = controller_of(protocol, cell.method, leg_speed)
                 answers[cell.method].append(answer(controller, push))
                 done += 1

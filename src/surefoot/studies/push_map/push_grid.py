@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from surefoot.checks import check_number
+from surefoot.dcm.pushes import push_direction
 from surefoot.errors import ParameterError
 from surefoot.robot.feet import Side
-from surefoot.studies.compare.question import push_direction
 
 COARSE_STEPS = 10
 """How many steps of the scan the fast way takes at once."""

@@ -13,7 +13,7 @@ from surefoot.checks import check_number, closest
 from surefoot.control.estimator import whole_cycles
 from surefoot.control.methods import method
 from surefoot.control.settings import checked_settings, settings
-from surefoot.dcm.pushes import Push
+from surefoot.dcm.pushes import Push, push_direction
 from surefoot.errors import ParameterError
 from surefoot.interface import Controller
 from surefoot.robot.feet import Side
@@ -21,7 +21,6 @@ from surefoot.robot.gait import GaitLimits
 from surefoot.robot.robot import Foot, Robot, Trunk
 from surefoot.robot.swing import Swing
 from surefoot.rollout.disturbance import Disturbance
-from surefoot.studies.compare.question import push_direction
 
 HALVES = {"min": 0, "max": 1, "x": 0, "y": 1}
 """The halves of a pair, by the end of a name."""
@@ -138,9 +137,7 @@ class Situation:
         if self.push["impulse"] == 0.0:
             return None
         duration = self.push["duration"]
-        force = self.push["impulse"] / duration
-        x, y = self.direction()
-        return Push(self.start(), duration, (force * x, force * y))
+        return Push.of_impulse(self.push["impulse"], self.direction(), self.start(), duration)
 
 
 def situation(robot: Robot, controller: str, values: Mapping[str, Any]) -> Situation:

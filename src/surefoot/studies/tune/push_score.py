@@ -165,6 +165,5 @@ def largest_delay(robot: Robot, gait: NominalGait) -> float:
 
 
 def _push(protocol: Protocol, cell: Cell, impulse: float) -> Push:
-    force = impulse / cell.push_duration
-    x, y = protocol.direction(cell.angle)
-    return Push(protocol.push_start(cell.phase), cell.push_duration, (force * x, force * y))
+    start = protocol.push_start(cell.phase)
+    return Push.of_impulse(impulse, protocol.direction(cell.angle), start, cell.push_duration)
