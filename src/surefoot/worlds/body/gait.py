@@ -11,7 +11,7 @@ from typing import Any
 
 import msgspec
 
-from surefoot.control.methods import method
+from surefoot.control.registry import find_method
 from surefoot.errors import ParameterError
 from surefoot.interface import Controller
 from surefoot.robot.gait import GaitLimits
@@ -129,7 +129,7 @@ def body_controller(
         SurefootError: there is no such method, it leans a trunk as a flywheel, or it refuses the
             arguments.
     """
-    one = method(key)
+    one = find_method(key)
     if one.leans:
         raise ParameterError(
             "a method that leaves the trunk upright: a body's is a link, and no flywheel",
