@@ -21,10 +21,12 @@ from surefoot.control.fields import check_fields, described, fill_in, setting
 from surefoot.dcm.leg import time_to
 from surefoot.dcm.nominal_gait import NominalGait, nominal_gait
 from surefoot.errors import ParameterError, VelocityError
-from surefoot.interface import COMMAND, OBSERVATION, Command, Observation
+from surefoot.interface import OBSERVATION, Command, Observation
 from surefoot.record import new_array
 from surefoot.robot.feet import Side
 from surefoot.robot.robot import Robot
+
+ndarray, command_of = np.ndarray, Command.of
 
 LEAST_CYCLES = 4
 """The shortest step has so many control cycles: every method walks with them, and few with less."""
@@ -127,7 +129,7 @@ class _CompiledOnce:
 class CompiledController(GaitController):
     """A controller whose cycle is a compiled function over records.
 
-    Class arguments of a subclass:
+    Class arguments of a subclass, all but `cycle` together, or none to inherit them:
         cycle: (parameters, state, observation, next_state) -> None over records; None if it cannot
             run in a batch.
         arrays: the same over arrays of them, shape (1,).
@@ -138,24 +140,22 @@ class CompiledController(GaitController):
     PARAMETERS: ClassVar[np.dtype[np.void]]
     run: ClassVar[Any] = _CompiledOnce()
     """The cycle over arrays as it is called from Python."""
+    _kernels: ClassVar[tuple[Callable[..., None] | None, Callable[..., None]]]
+    _size: ClassVar[int]
 
     def __init_subclass__(
         cls,
         *,
-        arrays: Callable[..., None],
-        parameters: np.dtype[np.void],
-        state: np.dtype[np.void],
+        arrays: Callable[..., None] | None = None,
+        parameters: np.dtype[np.void] | None = None,
+        state: np.dtype[np.void] | None = None,
         cycle: Callable[..., None] | None = None,
     ) -> None:
         super().__init_subclass__()
-        cls.PARAMETERS, cls.STATE, cls.run = parameters, state, _CompiledOnce()
-        # As tuples: a compiled function in a class would become a method of its objects.
-        cls._kernels = cycle, arrays
-        offset = (state.fields or {})["command"][1]
-        cls._layout = state.itemsize, offset
-
-    _kernels: ClassVar[tuple[Callable[..., None] | None, Callable[..., None]]]
-    _layout: ClassVar[tuple[int, int]]
+        if arrays is not None and parameters is not None and state is not None:
+            cls.PARAMETERS, cls.STATE, cls.run = parameters, state, _CompiledOnce()
+            # As a tuple: a compiled function in a class would become a method of its objects.
+            cls._kernels, cls._size = (cycle, arrays), state.itemsize
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -170,14 +170,10 @@ class CompiledController(GaitController):
         self, state: NDArray[np.void], observation: Observation
     ) -> tuple[Command, NDArray[np.void]]:
         """One cycle: what to do now, and the state for the next cycle."""
-        size, offset = self._layout
-        memory = bytearray(size)
-        next_state = ndarray(1, self.STATE, memory)
+        # As `new_array`, but for the call: this runs in every cycle of a robot.
+        next_state = ndarray(1, self.STATE, bytearray(self._size))
         self.run(self.parameters, state, observation.array, next_state)
-        return Command.of(ndarray(1, COMMAND, memory, offset)), next_state
-
-
-ndarray = np.ndarray
+        return command_of(next_state["command"]), next_state
 
 
 def check_first(observation: Observation) -> None:
