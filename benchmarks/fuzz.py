@@ -26,11 +26,11 @@ from rich.table import Table
 import surefoot as sf
 from surefoot.control.cycle import side_index
 from surefoot.control.methods import METHODS
-from surefoot.models.interfaces import OBSERVATION, Status
-from surefoot.models.record import new_array
-from surefoot.planning.support_polygon import nearest_supported
-from surefoot.simulation.batch import kernel_pointer
-from surefoot.simulation.lipm_simulator import lipm_cycle
+from surefoot.dcm.support import nearest_supported
+from surefoot.interface import OBSERVATION, Status
+from surefoot.record import new_array
+from surefoot.worlds.point.batch import kernel_pointer
+from surefoot.worlds.point.plant import lipm_cycle
 
 KINDS = ("bits", "special", "field", "jump", "jumps", "contact", "elsewhen")
 """All bits at random; NaN, infinities, huge and tiny numbers; one field replaced; one field moved;

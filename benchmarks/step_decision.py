@@ -15,9 +15,9 @@ import surefoot as sf
 from figures import Report
 from rounds import Task, time_blocks
 from step_problems import StepProblems, iterations_of, solve_block
-from surefoot.models.record import new_array
-from surefoot.planning.step_adaptation import MAX_ITERATIONS
-from surefoot.planning.step_problem import STEP_SOLUTION
+from surefoot.dcm.step_problem import STEP_SOLUTION
+from surefoot.dcm.step_solver import MAX_ITERATIONS
+from surefoot.record import new_array
 
 BLOCK = 256
 """Solves between two readings of the clock, so that a call from Python counts little."""

@@ -10,8 +10,8 @@ from numba import njit
 from numpy.typing import NDArray
 
 import surefoot as sf
-from surefoot.planning.step_adaptation import MAX_ITERATIONS, solve_step_record
-from surefoot.planning.step_problem import STEP_SOLUTION
+from surefoot.dcm.step_problem import STEP_SOLUTION
+from surefoot.dcm.step_solver import MAX_ITERATIONS, solve_step_record
 
 ROBOT = "paper-biped"
 

@@ -10,9 +10,9 @@ from dataclasses import dataclass, replace
 import mujoco
 import numpy as np
 
-from surefoot.models.body_state import BodyEstimator, BodyMemory, BodySenses
-from surefoot.models.lipm import STANDARD_GRAVITY
-from surefoot.models.multibody import Multibody
+from surefoot.robot.multibody import Multibody
+from surefoot.robot.robot import STANDARD_GRAVITY
+from surefoot.worlds.body.estimator import BodyEstimator, BodyMemory, BodySenses
 
 PERIOD = 0.001
 SWITCHES = (0.3, 0.7, 1.1)

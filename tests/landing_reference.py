@@ -13,10 +13,10 @@ from dataclasses import dataclass, field
 import numpy as np
 import quadprog
 
-from surefoot.models.record import new_array
-from surefoot.models.robot import Robot
-from surefoot.planning.anticipation import anticipate
-from surefoot.planning.landing_problem import LANDING, SITUATION, landing_parameters
+from surefoot.control.unified.anticipation import anticipate
+from surefoot.control.unified.problem import LANDING, SITUATION, landing_parameters
+from surefoot.record import new_array
+from surefoot.robot.robot import Robot
 
 SETTLED = 1e-10
 """The tangent is the right one when the answer moves no further [m]."""
@@ -162,7 +162,7 @@ def quadratic_program(program, weight, center, low, high):
 
 
 def cost(parameters: np.ndarray, situation: np.ndarray, place: np.ndarray, tau: float) -> float:
-    """The cost as it is written in `planning.landing_problem`."""
+    """The cost as it is written in `control.unified.problem`."""
     p, s = parameters[0], situation[0]
     total = 0.5 * p["tau_weight"] * (tau - s["tau_ref"]) ** 2
     return float(total + sum(axis_cost(p, s, i, place[i], tau) for i in range(2)))

@@ -18,12 +18,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 import surefoot as sf
+from surefoot.dcm.nominal_gait import NominalGait, gait_room, largest_speed, nominal_gait
+from surefoot.dcm.push_limit import check_leg
+from surefoot.dcm.viable_displacement import viable_displacement
 from surefoot.errors import SurefootError
-from surefoot.models.gait import GaitLimits
-from surefoot.models.viable_displacement import viable_displacement
-from surefoot.planning.nominal_gait import NominalGait, gait_room, largest_speed, nominal_gait
-from surefoot.planning.push_limit import check_leg
-from surefoot.simulation.outcome import recovery_time
+from surefoot.robot.gait import GaitLimits
+from surefoot.rollout.outcome import recovery_time
 
 DIAGONAL = math.sqrt(0.5)
 

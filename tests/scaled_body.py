@@ -14,10 +14,10 @@ from pathlib import Path
 import msgspec
 
 import surefoot as sf
-from surefoot.models.biped_mjcf import paper_biped_mjcf
-from surefoot.models.gait import GaitLimits
-from surefoot.models.robot import Foot
-from surefoot.models.swing import Swing
+from surefoot.robot.gait import GaitLimits
+from surefoot.robot.paper_biped import paper_biped_mjcf
+from surefoot.robot.robot import Foot
+from surefoot.robot.swing import Swing
 
 
 @dataclass(frozen=True)

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 import surefoot as sf
-from surefoot.models.interfaces import COMMAND
-from surefoot.models.record import new_array
-from surefoot.simulation.batch import simulate_batch
-from surefoot.simulation.landings import pushed_landings
-from surefoot.simulation.lipm_simulator import LipmSimulator
-from surefoot.simulation.senses import Senses
+from surefoot.interface import COMMAND
+from surefoot.record import new_array
+from surefoot.worlds.point.batch import simulate_batch
+from surefoot.worlds.point.landings import pushed_landings
+from surefoot.worlds.point.plant import LipmSimulator
+from surefoot.worlds.point.sensors import Senses
 
 ROBOT = sf.load_robot("paper-biped")
 PUSHES = [[sf.Push(1.1, 0.2, (force, 0.3 * force))] for force in np.linspace(-1500.0, 1500.0, 23)]

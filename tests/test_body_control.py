@@ -10,14 +10,14 @@ import numpy as np
 import pytest
 
 import surefoot as sf
-from surefoot.control.body_control import BodyControl
-from surefoot.control.body_walk import BODY_LIMITS, BODY_WALK, STAND, WALK, keep_apart
-from surefoot.control.inverse_dynamics import InverseDynamics
-from surefoot.control.steering import Course, Hold, Pull, Steering
-from surefoot.models.frame_turn import rotated
-from surefoot.models.multibody import Multibody
-from surefoot.models.record import new_array
-from surefoot.simulation.body_plant import BodyPlant
+from surefoot.dcm.frame_turn import rotated
+from surefoot.record import new_array
+from surefoot.robot.multibody import Multibody
+from surefoot.worlds.body.controller import BodyControl
+from surefoot.worlds.body.course import Course, Hold, Pull, Steering
+from surefoot.worlds.body.inverse_dynamics import InverseDynamics
+from surefoot.worlds.body.plant import BodyPlant
+from surefoot.worlds.body.step import BODY_LIMITS, BODY_WALK, STAND, WALK, keep_apart
 
 HOLD = Hold(0.5, 0.15, 0.03)
 """Of `BodyControl`, unless it is told."""

@@ -11,15 +11,14 @@ import pytest
 
 import body_motion as motions
 import surefoot as sf
-from surefoot.models.base_filter import ERRORS, FEET, POSITION, VELOCITY
-from surefoot.models.body_state import BodyEstimator, BodyMemory
-from surefoot.models.joint_command import JointCommand
-from surefoot.models.leg_kinematics import SOLES, find_soles, leg_links
-from surefoot.models.multibody import Multibody, load_multibody
-from surefoot.models.plane import rotated_by
-from surefoot.models.quaternion import rotation_matrix, turned, turned_in_world
-from surefoot.simulation.body_plant import BodyPlant
-from surefoot.simulation.body_senses import sense, sense_standing
+from surefoot.geometry import rotated_by, rotation_matrix, turned, turned_in_world
+from surefoot.robot.leg_kinematics import SOLES, find_soles, leg_links
+from surefoot.robot.multibody import Multibody, load_multibody
+from surefoot.worlds.body.base_filter import ERRORS, FEET, POSITION, VELOCITY
+from surefoot.worlds.body.estimator import BodyEstimator, BodyMemory
+from surefoot.worlds.body.joint_command import JointCommand
+from surefoot.worlds.body.plant import BodyPlant
+from surefoot.worlds.body.sensors import sense, sense_standing
 
 NO_FLOOR = 1e3
 """Uneven enough for the floor to say nothing [m]."""

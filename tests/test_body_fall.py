@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 import surefoot as sf
-from surefoot.simulation.body_fall import QUIET, find_fall
-from surefoot.simulation.fall_signs import furthest, sole_edge
+from surefoot.rollout.fall import QUIET, find_fall
+from surefoot.rollout.fall_signs import furthest, sole_edge
 
 CYCLES = 2700
 

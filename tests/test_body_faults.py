@@ -11,10 +11,10 @@ import pytest
 
 import body_motion as motions
 import surefoot as sf
-from surefoot.models.believed_readings import DOUBTS, weigh
-from surefoot.models.body_state import SETTINGS, BodyEstimator, BodySenses
-from surefoot.models.multibody import Multibody
-from surefoot.models.record import new_array
+from surefoot.record import new_array
+from surefoot.robot.multibody import Multibody
+from surefoot.worlds.body.believed_readings import DOUBTS, weigh
+from surefoot.worlds.body.estimator import SETTINGS, BodyEstimator, BodySenses
 
 INSTANTS = (1500, 2010, 2530, 3060, 3575)
 """Cycles in which a sensor fails, at different parts of a step."""

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import surefoot as sf
-from surefoot.models.body_state import BodySenses
-from surefoot.simulation.body_noise import BodyNoise
+from surefoot.worlds.body.estimator import BodySenses
+from surefoot.worlds.body.noise import BodyNoise
 
 ARRAYS = ("joint_angles", "joint_velocities", "gyro", "accelerometer", "foot_force")
 SILENT = BodyNoise(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)

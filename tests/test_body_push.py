@@ -17,14 +17,12 @@ from click.testing import CliRunner
 
 import surefoot as sf
 from surefoot.cli import main
-from surefoot.control.body_gait import walking_robot
-from surefoot.control.fixed_landing import fixed_place, fixed_timing, with_fixed_place
-from surefoot.models.footsteps import Side
-from surefoot.planning.nominal_gait import nominal_gait
-from surefoot.studies import body_compare, body_limits
-from surefoot.studies.body_compare import compare_on_body
-from surefoot.studies.body_limits import explain, explain_worst
-from surefoot.studies.body_protocol import (
+from surefoot.control.unified.fixed_landing import fixed_place, fixed_timing, with_fixed_place
+from surefoot.dcm.nominal_gait import nominal_gait
+from surefoot.robot.feet import Side
+from surefoot.studies.compare.body_compare import compare_on_body
+from surefoot.studies.compare.body_limits import explain, explain_worst
+from surefoot.studies.compare.body_protocol import (
     BODY_METHODS,
     DIRECTIONS,
     BodyCell,
@@ -32,7 +30,7 @@ from surefoot.studies.body_protocol import (
     body_method,
     push_of,
 )
-from surefoot.studies.body_push import (
+from surefoot.studies.compare.body_push import (
     control_of,
     measure,
     mechanism_of,
@@ -41,11 +39,13 @@ from surefoot.studies.body_push import (
     pushed_rollout,
     survived,
 )
-from surefoot.studies.cell_work import run_cells
-from surefoot.studies.shards import Shards
-from surefoot.viewers.body_push_report import write_body_report
-from surefoot.viewers.body_pushes import AIM, LATEST, body_pushes, body_table, used_words
-from surefoot.viewers.body_pushes import DIRECTIONS as SHOWN
+from surefoot.studies.compare.body_push_report import write_body_report
+from surefoot.studies.compare.body_pushes import AIM, LATEST, body_pushes, body_table, used_words
+from surefoot.studies.compare.body_pushes import DIRECTIONS as SHOWN
+from surefoot.studies.compare.compare import body_compare, body_limits
+from surefoot.studies.engine.cells import run_cells
+from surefoot.studies.engine.table import Shards
+from surefoot.worlds.body.gait import walking_robot
 
 ROBOT = sf.load_robot("paper-biped")
 SMALL = BodyProtocol(ROBOT, methods=("unified",), phases=1, step=160.0, largest=2.5)
@@ -199,9 +199,9 @@ KILLED = """
 import sys, time
 from pathlib import Path
 import surefoot as sf
-from surefoot.studies.body_protocol import BodyCell, BodyProtocol
-from surefoot.studies.cell_work import run_cells
-from surefoot.studies.shards import Shards
+from surefoot.studies.compare.body_protocol import BodyCell, BodyProtocol
+from surefoot.studies.engine.cells import run_cells
+from surefoot.studies.engine.table import Shards
 from dataclasses import asdict
 def measure(p, c): return (time.sleep(0.1), asdict(c) | {"impulse": 1.0})[1]
 protocol = BodyProtocol(sf.load_robot("paper-biped"), methods=("unified",), phases=4)

@@ -13,17 +13,17 @@ from click.testing import CliRunner
 
 import surefoot as sf
 from surefoot.cli import main
-from surefoot.models.body_state import BodySenses
-from surefoot.studies import body_robustness
-from surefoot.studies.body_conditions import BODY_CONDITIONS, SILENT, USUAL, body_condition
-from surefoot.studies.body_robustness import (
+from surefoot.studies.compare.body_conditions import BODY_CONDITIONS, SILENT, USUAL, body_condition
+from surefoot.studies.compare.body_robustness import (
     WalkCell,
     WalkProtocol,
     measure_walk,
     walk_disturbed,
 )
-from surefoot.viewers.body_walk_report import PICTURE, TEXT, walk_figure, write_walk_report
-from surefoot.viewers.body_walks import BodyWalks, body_walks, falls_table, walk_table
+from surefoot.studies.compare.body_walk_report import PICTURE, TEXT, walk_figure, write_walk_report
+from surefoot.studies.compare.body_walks import BodyWalks, body_walks, falls_table, walk_table
+from surefoot.studies.compare.compare import body_robustness
+from surefoot.worlds.body.estimator import BodySenses
 
 ROBOT = sf.load_robot("paper-biped")
 SMALL = WalkProtocol(ROBOT, conditions=(USUAL, "delay-5ms"), seeds=1, duration=1.6)

@@ -8,11 +8,11 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from surefoot.control.body_control import BodyState
-from surefoot.control.body_walk import BODY_WALK
-from surefoot.models.record import new_array
-from surefoot.models.walker import WALKING
-from surefoot.studies.body_settling import BegunStep, Settling
+from surefoot.record import new_array
+from surefoot.studies.compare.body_settling import BegunStep, Settling
+from surefoot.worlds.body.controller import BodyState
+from surefoot.worlds.body.step import BODY_WALK
+from surefoot.worlds.body.walker import WALKING
 
 STEP, OFFSET = 0.3, (0.02, 0.06)
 USUAL = {

@@ -11,7 +11,7 @@ import pytest
 
 import surefoot as sf
 from scaled_body import Size, scaled_biped
-from surefoot.models.own_units import OwnUnits
+from surefoot.robot.own_units import OwnUnits
 
 SIZES = [Size(0.3, 0.027), Size(2.0, 8.0), Size(0.5, 1.5)]
 DURATION, PUSHED_DURATION, SPEED = 6.0, 7.5, 0.3

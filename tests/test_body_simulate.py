@@ -14,13 +14,13 @@ import pytest
 
 import surefoot as sf
 from surefoot.control.methods import METHODS
-from surefoot.models.body_state import BodySenses
-from surefoot.models.footsteps import Footstep
-from surefoot.models.joint_command import JointCommand
-from surefoot.simulation.body_plant import BodyPlant
-from surefoot.simulation.body_recorder import BodyRecorder
-from surefoot.simulation.body_truth import floor_zmp, roll_pitch_yaw
-from surefoot.simulation.outcome import has_walked_on
+from surefoot.robot.feet import Footstep
+from surefoot.rollout.outcome import has_walked_on
+from surefoot.worlds.body.estimator import BodySenses
+from surefoot.worlds.body.joint_command import JointCommand
+from surefoot.worlds.body.plant import BodyPlant
+from surefoot.worlds.body.recorder import BodyRecorder
+from surefoot.worlds.body.truth import floor_zmp, roll_pitch_yaw
 
 STEERING = [
     (0.0, sf.Steering((0.2, 0.0))),

@@ -15,12 +15,12 @@ from matplotlib.colors import to_rgb
 from PIL import Image
 
 import surefoot as sf
-from surefoot.viewers import palette
-from surefoot.viewers.body_figure import body_figure
-from surefoot.viewers.body_time_plots import NAMES, motors_of
-from surefoot.viewers.body_top_view import standing_places
-from surefoot.viewers.body_video import GIF_SIZE, RATE, SIZE, STILL, Film
-from surefoot.viewers.ground import metres_per_inch
+from surefoot.show import palette
+from surefoot.show.body_figure import body_figure
+from surefoot.show.body_time_plots import NAMES, motors_of
+from surefoot.show.body_top_view import standing_places
+from surefoot.show.body_video import GIF_SIZE, RATE, SIZE, STILL, Film
+from surefoot.show.ground import metres_per_inch
 
 PUSH = sf.Push(1.2, 0.1, (200.0, 0.0))
 
@@ -170,7 +170,7 @@ def test_without_opengl_the_remedy_is_told(tmp_path: Path) -> None:
     code = (
         "import sys; sys.modules['mujoco.egl'] = None\n"
         "import surefoot as sf\n"
-        "from surefoot.viewers.off_screen import OffScreen\n"
+        "from surefoot.show.off_screen import OffScreen\n"
         "model = sf.load_multibody(sf.load_robot('paper-biped')).model\n"
         "try: OffScreen(model, 64, 64)\n"
         "except sf.SurefootError as error: print(type(error).__name__, error)"

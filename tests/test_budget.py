@@ -13,19 +13,19 @@ from click.testing import CliRunner
 import surefoot as sf
 from surefoot.cli import main
 from surefoot.control.methods import METHODS, method
-from surefoot.studies.compare import (
+from surefoot.studies.compare.budget import UNDISTURBED, Budget, budget
+from surefoot.studies.compare.budget_figure import budget_figure, draw_budget, lost_words
+from surefoot.studies.compare.budget_report import budget_text, write_budget_report
+from surefoot.studies.compare.compare import (
     compare_methods,
     disturbances_of,
     open_shards,
     run_comparison,
 )
-from surefoot.studies.conditions import CONDITIONS, condition, every_condition
-from surefoot.studies.protocol import Cell, Protocol, cell_key
-from surefoot.studies.push_cell import limits_of, measure, pushed_touchdown
-from surefoot.viewers.budget import UNDISTURBED, Budget, budget
-from surefoot.viewers.budget_figure import budget_figure, draw_budget, lost_words
-from surefoot.viewers.budget_report import budget_text, write_budget_report
-from surefoot.viewers.comparison import comparison
+from surefoot.studies.compare.comparison import comparison
+from surefoot.studies.compare.conditions import CONDITIONS, condition, every_condition
+from surefoot.studies.compare.measure import limits_of, measure, pushed_touchdown
+from surefoot.studies.compare.question import Cell, Protocol, cell_key
 
 ROBOT = sf.load_robot("paper-biped").replace(mass=70.0)
 SMALL = Protocol(

@@ -11,8 +11,7 @@ import numpy as np
 import pytest
 
 import surefoot as sf
-from surefoot.control.body_walk import SOON_DOWN
-from surefoot.models.bumps import (
+from surefoot.robot.bumps import (
     MOST_HEIGHT,
     REGION,
     START,
@@ -22,9 +21,10 @@ from surefoot.models.bumps import (
     laid_boards,
     scattered_boards,
 )
-from surefoot.models.steering import course_of
-from surefoot.simulation.body_plant import STANDS, TOUCHED, BodyPlant
-from surefoot.viewers.body_figure import body_figure
+from surefoot.show.body_figure import body_figure
+from surefoot.worlds.body.plant import STANDS, TOUCHED, BodyPlant
+from surefoot.worlds.body.step import SOON_DOWN
+from surefoot.worlds.steering import course_of
 
 ROUGH = sf.Surroundings(bumps=0.01, friction=0.7, seed=7)
 

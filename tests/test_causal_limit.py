@@ -9,16 +9,16 @@ import pytest
 from msgspec import structs
 
 import surefoot as sf
-from surefoot.errors import SurefootError
-from surefoot.models.viable_displacement import viable_displacement
-from surefoot.planning.causal_limit import BOTH, _kept
-from surefoot.planning.push_limit import (
+from surefoot.dcm.causal_grid import causal_grid_limit, largest_causal_disagreement
+from surefoot.dcm.causal_limit import BOTH, _kept
+from surefoot.dcm.push_limit import (
     best_landings,
     eight_directions,
     gait_in_step,
     step_of_push,
 )
-from surefoot.studies.causal_grid import causal_grid_limit, largest_causal_disagreement
+from surefoot.dcm.viable_displacement import viable_displacement
+from surefoot.errors import SurefootError
 
 WAYS = eight_directions(sf.Side.RIGHT)
 LEGS = ("unlimited", "fast", "accelerated")

@@ -14,7 +14,7 @@ from click.testing import CliRunner, Result
 
 import surefoot as sf
 from surefoot.cli import main
-from surefoot.simulation import body_simulate
+from surefoot.worlds.body import simulate as body_simulate
 
 PHYSICS = ("walk", "--simulator", "mujoco")
 

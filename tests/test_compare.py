@@ -18,11 +18,16 @@ import surefoot as sf
 from surefoot.cli import main
 from surefoot.cli.walk import METHODS as NAMES
 from surefoot.control.methods import METHODS, method
-from surefoot.studies import compare
-from surefoot.studies.compare import able_methods, compare_methods, open_shards, run_comparison
-from surefoot.studies.compare_remarks import remarks
-from surefoot.studies.protocol import Cell, Protocol, every_method
-from surefoot.studies.push_cell import limits_of, measure
+from surefoot.studies.compare.compare import (
+    able_methods,
+    compare,
+    compare_methods,
+    open_shards,
+    run_comparison,
+)
+from surefoot.studies.compare.measure import limits_of, measure
+from surefoot.studies.compare.question import Cell, Protocol, every_method
+from surefoot.studies.compare.remarks import remarks
 
 ROBOT = sf.load_robot("paper-biped").replace(mass=70.0)
 SMALL = Protocol(
@@ -135,7 +140,7 @@ def test_the_number_of_workers_changes_nothing(measured, tmp_path) -> None:
 KILLED = """
 from pathlib import Path
 import sys
-from surefoot.studies import compare
+from surefoot.studies.compare.compare import compare
 from tests_protocol import SMALL
 compare.KEEP_EVERY = 0.0
 slow = compare.measure
@@ -149,7 +154,7 @@ def test_a_killed_study_goes_on_and_repeats_nothing(measured, tmp_path, monkeypa
     folder, script = tmp_path / "table", tmp_path / "killed.py"
     script.write_text(KILLED)
     (tmp_path / "tests_protocol.py").write_text(
-        "import surefoot as sf\nfrom surefoot.studies.protocol import Protocol\n"
+        "import surefoot as sf\nfrom surefoot.studies.compare.question import Protocol\n"
         "ROBOT = sf.load_robot('paper-biped').replace(mass=70.0)\n"
         "SMALL = Protocol(ROBOT, methods=('tracking', 'hybrid'), directions=2, phases=2, "
         "leg_speeds=(3.0,), step=20.0)\n"

@@ -14,14 +14,14 @@ import pytest
 
 from push_comparison import METHODS, PROVENANCE, measured_rows
 from surefoot.errors import FileError, ParameterError
-from surefoot.viewers.compare_page import (
+from surefoot.studies.compare.compare_page import (
     SCRIPTS,
     compare_page,
     embedded,
     page_data,
     write_compare_page,
 )
-from surefoot.viewers.comparison import FAILURES, Choice, Comparison, choose, comparison
+from surefoot.studies.compare.comparison import FAILURES, Choice, Comparison, choose, comparison
 
 BROWSER = shutil.which("chromium") or shutil.which("chromium-browser")
 needs_browser = pytest.mark.skipif(BROWSER is None, reason="no chromium to run the script in")
@@ -149,7 +149,7 @@ def test_every_id_that_the_script_asks_for_is_there_once(page: Path) -> None:
     text = page.read_text()
     asked = {"speed", "duration", "phase", "data"}
     for name in SCRIPTS:
-        script = (files("surefoot.viewers") / name).read_text()
+        script = (files("surefoot.studies.compare") / name).read_text()
         asked |= set(re.findall(r'(?:byId|getElementById)\("([\w-]+)"\)', script))
     for name in asked - {"pick"}:
         assert len(re.findall(rf'\bid="{name}"', text)) == 1, name

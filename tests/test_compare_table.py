@@ -12,11 +12,16 @@ from rich.console import Console
 
 from push_comparison import METHODS, PROVENANCE, measured_rows
 from surefoot.errors import FileError, ParameterError
-from surefoot.simulation.outcome import RECOVERY_TIME, SETTLED_ROOM, SETTLED_VELOCITY
-from surefoot.viewers.compare_report import compare_text, write_compare_report
-from surefoot.viewers.compare_table import COLUMNS, LIMIT, compare_table, print_compare_table
-from surefoot.viewers.compare_words import angle_words, cautions, protocol, time_words
-from surefoot.viewers.comparison import Choice, Comparison, choose, comparison
+from surefoot.rollout.outcome import RECOVERY_TIME, SETTLED_ROOM, SETTLED_VELOCITY
+from surefoot.studies.compare.compare_report import compare_text, write_compare_report
+from surefoot.studies.compare.compare_table import (
+    COLUMNS,
+    LIMIT,
+    compare_table,
+    print_compare_table,
+)
+from surefoot.studies.compare.compare_words import angle_words, cautions, protocol, time_words
+from surefoot.studies.compare.comparison import Choice, Comparison, choose, comparison
 
 ROW = {
     "method": "a", "angle": 0.0, "phase": 0.0, "push_duration": 0.2, "leg_speed": 3.0,

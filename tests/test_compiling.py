@@ -7,14 +7,14 @@ import sys
 from pathlib import Path
 
 import surefoot as sf
-from surefoot.compiling import ROOMS, source_stamp
+from surefoot.compiled import ROOMS, source_stamp
 
 SOURCE = Path(sf.__file__).parent
 
 ASK = """
 import numpy as np
 from surefoot.control.tracking_law import PLAN, TRACKING, follow_plan
-from surefoot.models.interfaces import COMMAND, OBSERVATION
+from surefoot.interface import COMMAND, OBSERVATION
 records = [np.zeros(1, dtype) for dtype in (TRACKING, OBSERVATION, PLAN, COMMAND)]
 tracking, observation, plan, command = records
 plan["start_offset"] = 0.5
@@ -38,7 +38,7 @@ def test_a_kernel_is_compiled_anew_when_a_function_it_calls_has_changed(tmp_path
     shutil.copytree(SOURCE, package, ignore=shutil.ignore_patterns("__pycache__"))
     assert ask(package) == ["1.0"]
     assert ask(package) == ["1.0", "1"]  # from the cache
-    callee = package / "planning" / "dcm_plan.py"
+    callee = package / "dcm" / "dcm_plan.py"
     text = callee.read_text()
     assert "start_offset * growth" in text
     callee.write_text(text.replace("start_offset * growth", "start_offset * growth * 3.0"))
@@ -50,7 +50,7 @@ def test_every_file_with_a_kernel_is_in_the_stamp() -> None:
     homes = {
         path.relative_to(SOURCE).parts[0]
         for path in SOURCE.rglob("*.py")
-        if "@njit" in path.read_text() and path.name != "compiling.py"
+        if "@njit" in path.read_text() and path.name != "compiled.py"
     }
     assert homes <= set(ROOMS)
     assert len(source_stamp()) == 64

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from surefoot.control.cycle import LIMIT_TOLERANCE, SWING, is_surely_slow, is_too_fast
-from surefoot.planning.swing_foot import quintic
+from surefoot.dcm.swing_foot import quintic
 
 SPEED, ACCELERATION = 3.0, 40.0
 

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 import surefoot as sf
-from surefoot.simulation.batch import simulate_batch
-from surefoot.simulation.noise import mixed, noise_key, normal_pair, uniform
+from surefoot.rollout.noise import mixed, noise_key, normal_pair, uniform
+from surefoot.worlds.point.batch import simulate_batch
 
 ROBOT = sf.load_robot("paper-biped").replace(mass=70.0)
 HYBRID = sf.HybridController(ROBOT, (0.5, 0.0))

@@ -9,8 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import surefoot as sf
-from surefoot.planning.double_support import hermite, transition
-from surefoot.planning.support_polygon import nearest_under_feet, nearest_under_foot
+from surefoot.dcm.double_support import hermite, transition
+from surefoot.dcm.support import nearest_under_feet, nearest_under_foot
 
 OMEGA = 3.5
 numbers = st.floats(-0.6, 0.6)

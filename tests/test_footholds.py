@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import surefoot as sf
-from surefoot.models.lipm import dcm_flow
-from surefoot.planning.foothold_plan import plan_footholds
+from surefoot.dcm.foothold_plan import plan_footholds
+from surefoot.dcm.pendulum import dcm_flow
 
 ROBOT = sf.load_robot("paper-biped")
 LEFT, RIGHT = sf.Side.LEFT, sf.Side.RIGHT

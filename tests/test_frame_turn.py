@@ -10,9 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from surefoot.models.frame_turn import turned
-from surefoot.models.interfaces import COMMAND, OBSERVATION
-from surefoot.models.record import new_array
+from surefoot.dcm.frame_turn import turned
+from surefoot.interface import COMMAND, OBSERVATION
+from surefoot.record import new_array
 
 ANGLE = st.floats(-math.pi, math.pi)
 SEED = st.integers(0, 2**32 - 1)

@@ -9,7 +9,13 @@ from click.testing import CliRunner
 
 import surefoot as sf
 from surefoot.cli import main
-from surefoot.studies.gentleness import QUANTITIES, Answer, Gentleness, answer, gentleness
+from surefoot.studies.gentleness.gentleness import (
+    QUANTITIES,
+    Answer,
+    Gentleness,
+    answer,
+    gentleness,
+)
 
 TIMING = 5e-4
 """By how much more the time of a landing may change [s]."""

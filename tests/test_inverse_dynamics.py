@@ -8,11 +8,11 @@ import pytest
 from numpy.typing import NDArray
 
 import surefoot as sf
-from surefoot.control.inverse_dynamics import InverseDynamics
-from surefoot.models.body_reference import BODY_REFERENCE
-from surefoot.models.mechanics import Mechanics
-from surefoot.models.motors import torque_range
-from surefoot.models.multibody import Multibody
+from surefoot.robot.motors import torque_range
+from surefoot.robot.multibody import Multibody
+from surefoot.worlds.body.body_reference import BODY_REFERENCE
+from surefoot.worlds.body.inverse_dynamics import InverseDynamics
+from surefoot.worlds.body.mechanics import Mechanics
 
 SEEDS = range(12)
 

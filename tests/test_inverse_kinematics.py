@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 import surefoot as sf
-from surefoot.control.inverse_kinematics import InverseKinematics
-from surefoot.models.body_reference import BODY_REFERENCE
-from surefoot.models.mechanics import Mechanics
-from surefoot.models.multibody import Multibody
-from surefoot.viewers.body_playback import play_back
+from surefoot.robot.multibody import Multibody
+from surefoot.show.body_playback import play_back
+from surefoot.worlds.body.body_reference import BODY_REFERENCE
+from surefoot.worlds.body.inverse_kinematics import InverseKinematics
+from surefoot.worlds.body.mechanics import Mechanics
 
 
 @pytest.fixture(scope="module")

@@ -10,7 +10,7 @@ from msgspec import structs
 
 import landing_reference as reference
 import surefoot as sf
-from surefoot.planning.landing import TAU_EVALUATIONS, solve_landing
+from surefoot.control.unified.solver import TAU_EVALUATIONS, solve_landing
 
 ROBOT = sf.load_robot("paper-biped")
 LEGS = (2.0, 3.0, 6.0, math.inf)

@@ -9,7 +9,7 @@ import pytest
 
 import surefoot as sf
 from surefoot.control.methods import METHODS
-from surefoot.models.gait import GaitLimits
+from surefoot.robot.gait import GaitLimits
 
 FAST = [one for one in METHODS if not one.slow and not one.leans and "mpc" not in one.key]
 LONG = 60.0

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import assume, example, given
 from hypothesis import strategies as st
 
-from surefoot.models.leg import (
+from surefoot.dcm.leg import (
     arrival,
     cruise_velocity,
     follow,

@@ -6,17 +6,18 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from surefoot.models.lipm import com_flow, dcm_flow, natural_frequency, pushed_pivot
+import surefoot as sf
+from surefoot.dcm.pendulum import com_flow, dcm_flow, pushed_pivot
 
 positions = st.floats(-2.0, 2.0)
 durations = st.floats(0.0, 0.8)
 omegas = st.floats(2.0, 6.0)
 
 
-def test_natural_frequency_of_table_2() -> None:
+def test_natural_frequency_of_table_2(robot: sf.Robot) -> None:
     # sqrt(9.81 / 0.8) = 3.5018
-    assert natural_frequency(0.8) == pytest.approx(3.5018, abs=5e-5)
-    assert natural_frequency(0.8, 1.62) == pytest.approx(math.sqrt(1.62 / 0.8))
+    assert robot.replace(com_height=0.8).omega == pytest.approx(3.5018, abs=5e-5)
+    assert robot.replace(com_height=0.8, gravity=1.62).omega == pytest.approx(math.sqrt(1.62 / 0.8))
 
 
 @given(positions, positions, omegas, durations, durations)

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 import surefoot as sf
-from surefoot.models.lipm import com_flow, dcm_flow, pushed_pivot
-from surefoot.models.robot import Swing
-from surefoot.models.viability import fall_distance
+from surefoot.dcm.pendulum import com_flow, dcm_flow, pushed_pivot
+from surefoot.dcm.viability import fall_distance
+from surefoot.robot.robot import Swing
 
 ROBOT = sf.load_robot("paper-biped")
 GAIT = sf.nominal_gait(ROBOT, (0.5, 0.0))

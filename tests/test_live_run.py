@@ -13,8 +13,8 @@ import pytest
 
 import surefoot as sf
 from surefoot.cli.live import make_walk
-from surefoot.viewers.live.run import REMEMBERED, SAMPLING, Choice, LiveRun, Walk
-from surefoot.viewers.live.scenes import scenes_of
+from surefoot.live.run import REMEMBERED, SAMPLING, Choice, LiveRun, Walk
+from surefoot.live.scenes import scenes_of
 
 FORWARD, LEFT = 0.0, 0.5 * math.pi
 WALKING = "Walking: 0.3 m/s forward, a step every 0.50 s."

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import surefoot as sf
-from surefoot.models.mechanics import Mechanics
-from surefoot.models.multibody import Multibody
+from surefoot.robot.multibody import Multibody
+from surefoot.worlds.body.mechanics import Mechanics
 
 
 @pytest.fixture(scope="module")

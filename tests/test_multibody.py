@@ -11,11 +11,11 @@ import pytest
 
 import surefoot as sf
 from small_biped import small_urdf, tetrahedron, write_small_biped
-from surefoot.models.biped_mjcf import paper_biped_mjcf
-from surefoot.models.model_file import DATA_PACKAGES, missing_packages
-from surefoot.models.multibody import Multibody, load_multibody
-from surefoot.models.nominal_pose import NominalPose, measure_pose, one_foot_torque
-from surefoot.models.robot import Robot, parse_robot, preset_text
+from surefoot.robot.model_file import DATA_PACKAGES, missing_packages
+from surefoot.robot.multibody import Multibody, load_multibody
+from surefoot.robot.nominal_pose import NominalPose, measure_pose, one_foot_torque
+from surefoot.robot.paper_biped import paper_biped_mjcf
+from surefoot.robot.robot import Robot, parse_robot, preset_text
 
 PRESETS = [
     robot.name
@@ -339,7 +339,7 @@ def test_mistakes_in_the_body_are_named(before: str, after: str, message: str) -
 
 
 def test_a_data_package_that_is_missing_names_the_extra(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("surefoot.models.model_file._is_installed", lambda package: False)
+    monkeypatch.setattr("surefoot.robot.model_file._is_installed", lambda package: False)
     for name in ("h1", "g1", "talos"):
         robot = sf.load_robot(name)
         assert robot.body is not None

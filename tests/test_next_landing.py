@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 import surefoot as sf
-from surefoot.models.frame_turn import turned
-from surefoot.models.interfaces import COMMAND, OBSERVATION
-from surefoot.models.record import copy_array
-from surefoot.planning.next_landing import viable_landings
+from surefoot.dcm.frame_turn import turned
+from surefoot.dcm.next_landing import viable_landings
+from surefoot.interface import COMMAND, OBSERVATION
+from surefoot.record import copy_array
 
 ROBOTS = [sf.load_robot(name) for name in sf.preset_names()]
 EVERY_ROBOT = pytest.mark.parametrize("robot", ROBOTS, ids=lambda robot: robot.name)

@@ -8,8 +8,8 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 import surefoot as sf
-from surefoot.models.gait import GaitLimits
-from surefoot.models.lipm import com_flow, dcm_flow
+from surefoot.dcm.pendulum import com_flow, dcm_flow
+from surefoot.robot.gait import GaitLimits
 
 ROBOTS = [sf.load_robot(name) for name in sf.preset_names()]
 robots = st.sampled_from(ROBOTS)

@@ -9,9 +9,9 @@ import pytest
 from msgspec import structs
 
 import surefoot as sf
-from surefoot.models.footsteps import Footstep
-from surefoot.models.gait import GaitLimits
-from surefoot.simulation.outcome import (
+from surefoot.robot.feet import Footstep
+from surefoot.robot.gait import GaitLimits
+from surefoot.rollout.outcome import (
     has_walked_on,
     recovery_time,
     settled_error,

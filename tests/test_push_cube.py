@@ -15,13 +15,13 @@ from click.testing import CliRunner
 
 import surefoot as sf
 from surefoot.cli import main
-from surefoot.models.pushes import PUSH
-from surefoot.simulation.batch import simulate_batch
-from surefoot.simulation.progress import WALK_RESULT
-from surefoot.simulation.walks import Walks
-from surefoot.studies import push_cube
-from surefoot.studies.push_cube import FELL, RECOVERED, TABLE, UNSETTLED, measure_cube
-from surefoot.studies.push_grid import PushGrid
+from surefoot.dcm.pushes import PUSH
+from surefoot.studies.push_map import push_cube
+from surefoot.studies.push_map.push_cube import FELL, RECOVERED, TABLE, UNSETTLED, measure_cube
+from surefoot.studies.push_map.push_grid import PushGrid
+from surefoot.worlds.point.batch import simulate_batch
+from surefoot.worlds.point.progress import WALK_RESULT
+from surefoot.worlds.point.walks import Walks
 
 SMALL = PushGrid(directions=6, phases=2, step=10.0, coarse=40.0)
 

@@ -21,11 +21,17 @@ from playwright.sync_api import Browser, Page, expect, sync_playwright
 from rich.console import Console
 
 from surefoot.errors import FileError, ParameterError
-from surefoot.viewers.push_cube import FELL, RECOVERED, UNSETTLED, PushCube, push_cube
-from surefoot.viewers.push_cube_figure import heat_figure, polar_figure
-from surefoot.viewers.push_cube_page import SCRIPTS, cube_page, page_data
-from surefoot.viewers.push_cube_report import HEAT, PAGE, POLAR, print_cube, write_cube_report
-from surefoot.viewers.push_cube_words import finding, protocol, summary
+from surefoot.studies.push_map.cube import FELL, RECOVERED, UNSETTLED, PushCube, push_cube
+from surefoot.studies.push_map.push_cube_figure import heat_figure, polar_figure
+from surefoot.studies.push_map.push_cube_page import SCRIPTS, cube_page, page_data
+from surefoot.studies.push_map.push_cube_report import (
+    HEAT,
+    PAGE,
+    POLAR,
+    print_cube,
+    write_cube_report,
+)
+from surefoot.studies.push_map.push_cube_words import finding, protocol, summary
 
 BROWSER = shutil.which("chromium") or shutil.which("chromium-browser")
 needs_browser = pytest.mark.skipif(BROWSER is None, reason="no chromium to run the script in")
@@ -168,7 +174,7 @@ def test_the_page_is_written_the_same_every_time(cube: PushCube, path: Path) -> 
 def test_every_id_that_the_script_asks_for_is_there_once(path: Path) -> None:
     text, asked = path.read_text(), {"data", "impulse-value", "phase-value", "angle-value"}
     for name in SCRIPTS:
-        script = (files("surefoot.viewers") / name).read_text()
+        script = (files("surefoot.studies") / name).read_text()
         asked |= set(re.findall(r'(?:byId|getElementById)\("([\w-]+)"\)', script))
     for name in asked - {"pick"}:
         assert len(re.findall(rf'\bid="{name}"', text)) == 1, name

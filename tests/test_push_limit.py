@@ -16,10 +16,10 @@ import pytest
 from msgspec import structs
 
 import surefoot as sf
-from surefoot.models.leg import furthest
-from surefoot.models.viable_displacement import NODES, viable_displacement
-from surefoot.planning.push_limit import axis_directions, fixed_steps_limit, gait_in_step
-from surefoot.studies.limit_grid import grid_limits, largest_disagreement
+from surefoot.dcm.leg import furthest
+from surefoot.dcm.limit_grid import grid_limits, largest_disagreement
+from surefoot.dcm.push_limit import axis_directions, fixed_steps_limit, gait_in_step
+from surefoot.dcm.viable_displacement import NODES, viable_displacement
 
 PHASES = (0.0, 0.1, 0.2, 0.3, 0.4)
 WAYS = axis_directions(sf.Side.RIGHT)

@@ -15,11 +15,11 @@ from matplotlib.figure import Figure
 
 from push_comparison import METHODS, PROVENANCE, measured_rows
 from surefoot.errors import FileError, ParameterError
-from surefoot.viewers import palette
-from surefoot.viewers.comparison import Comparison, comparison
-from surefoot.viewers.fraction_figure import draw_fractions, fraction_figure
-from surefoot.viewers.method_marks import MARKS, mark
-from surefoot.viewers.push_map import draw_push_map, push_map_figure
+from surefoot.show import palette
+from surefoot.show.method_marks import MARKS, mark
+from surefoot.studies.compare.comparison import Comparison, comparison
+from surefoot.studies.compare.fraction_figure import draw_fractions, fraction_figure
+from surefoot.studies.engine.push_map import draw_push_map, push_map_figure
 
 
 def measured(directions: int = 8, phases: int = 8, **options: Any) -> Comparison:

@@ -12,7 +12,7 @@ import math
 import pytest
 
 import surefoot as sf
-from surefoot.models.robot import Swing
+from surefoot.robot.robot import Swing
 
 DIRECTIONS = {
     "forward": (1.0, 0.0),

@@ -10,8 +10,8 @@ import pytest
 from msgspec import structs
 
 import surefoot as sf
-from surefoot.planning.push_limit import eight_directions, gait_in_step
-from surefoot.planning.pushed_step import PushedStep
+from surefoot.dcm.push_limit import eight_directions, gait_in_step
+from surefoot.dcm.pushed_step import PushedStep
 
 WAYS = eight_directions(sf.Side.RIGHT)
 CASES = [

@@ -5,7 +5,7 @@ import math
 import pytest
 
 import surefoot as sf
-from surefoot.models.pushes import force_until_change, push_records
+from surefoot.dcm.pushes import force_until_change, push_records
 
 
 def test_impulse_and_delta_v() -> None:

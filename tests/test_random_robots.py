@@ -11,7 +11,7 @@ import pytest
 import surefoot as sf
 from random_cells import RandomCell, random_cell
 from surefoot.control.methods import METHODS
-from surefoot.models.viable_displacement import viable_displacement
+from surefoot.dcm.viable_displacement import viable_displacement
 
 SHARES = [*np.arange(0.04, 0.93, 0.04), 0.95]
 """Of the causal limit; `benchmarks/push_shares.py` has finer steps and hundreds of cells."""

@@ -11,13 +11,13 @@ import pytest
 import quadprog
 
 import surefoot as sf
-from surefoot.control import receding_horizon
-from surefoot.control.foot_placement_mpc import placed_feet
-from surefoot.control.receding_cycle import MPC_STATE, SOLVE, prepare
-from surefoot.control.receding_horizon import horizons, samples_in, steps_ahead
-from surefoot.models.lipm import com_flow
-from surefoot.models.trunk import trunk_flow
-from surefoot.planning.lipm_horizon import horizon, lean_response, velocity_response
+from surefoot.control.mpc import receding_horizon
+from surefoot.control.mpc.lipm_horizon import horizon, lean_response, velocity_response
+from surefoot.control.mpc.placement import placed_feet
+from surefoot.control.mpc.receding_cycle import MPC_STATE, SOLVE, prepare
+from surefoot.control.mpc.receding_horizon import horizons, samples_in, steps_ahead
+from surefoot.dcm.pendulum import com_flow
+from surefoot.dcm.trunk import trunk_flow
 
 ROBOT = sf.load_robot("paper-biped").replace(mass=70.0)
 OMEGA = ROBOT.omega

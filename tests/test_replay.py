@@ -11,9 +11,9 @@ from click.testing import CliRunner
 
 import surefoot as sf
 from surefoot.cli import main
-from surefoot.simulation.glimpse import glimpse_of
-from surefoot.viewers.live.sample import SAMPLING
-from surefoot.viewers.live.scenes import Scenes, scenes_of
+from surefoot.live.sample import SAMPLING
+from surefoot.live.scenes import Scenes, scenes_of
+from surefoot.rollout.snapshot import glimpse_of
 
 PUSH = sf.Push(1.1, 0.2, (176.0, 0.0))
 

@@ -11,10 +11,10 @@ from click.testing import CliRunner
 
 import surefoot as sf
 from surefoot.cli import main
-from surefoot.cli.reproduce import body_report
-from surefoot.studies import paper_body
-from surefoot.studies.claim import NOT_REPRODUCED, REPRODUCED
-from surefoot.studies.paper_body import (
+from surefoot.studies.reproduce import paper_body
+from surefoot.studies.reproduce.claim import NOT_REPRODUCED, REPRODUCED
+from surefoot.studies.reproduce.command import body_report
+from surefoot.studies.reproduce.paper_body import (
     IN_PART,
     PAPER_PUSHES,
     BodyAnswer,
@@ -23,7 +23,7 @@ from surefoot.studies.paper_body import (
     paper_push_answers,
     step_rows,
 )
-from surefoot.viewers.paper_report import write_paper_report
+from surefoot.studies.reproduce.paper_report import write_paper_report
 
 FORWARD, HEADLINE = PAPER_PUSHES[0], PAPER_PUSHES[-2]
 

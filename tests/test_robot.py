@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 import surefoot as sf
-from surefoot.models.robot import Robot, parse_robot, preset_text
+from surefoot.robot.robot import Robot, parse_robot, preset_text
 
 GOOD = preset_text("paper-biped")
 

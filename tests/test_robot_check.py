@@ -15,13 +15,13 @@ import surefoot as sf
 from small_biped import write_small_biped
 from surefoot.cli import main
 from surefoot.errors import DisplayError
-from surefoot.models.model_file import DATA_PACKAGES, how_to_install, missing_packages
-from surefoot.models.multibody import load_multibody
-from surefoot.models.nominal_pose import measure_pose
-from surefoot.models.robot import preset_text
-from surefoot.studies.finding import Finding
-from surefoot.studies.robot_check import check_robot
-from surefoot.viewers.robot_picture import draw_robot
+from surefoot.robot.finding import Finding
+from surefoot.robot.model_file import DATA_PACKAGES, how_to_install, missing_packages
+from surefoot.robot.multibody import load_multibody
+from surefoot.robot.nominal_pose import measure_pose
+from surefoot.robot.robot import preset_text
+from surefoot.show.robot_picture import draw_robot
+from surefoot.worlds.body.robot_check import check_robot
 
 PRESETS = [
     name
@@ -229,7 +229,7 @@ def test_a_picture_needs_a_place_and_opengl(
 
 
 def test_the_list_tells_what_is_missing(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("surefoot.models.model_file._is_installed", lambda package: False)
+    monkeypatch.setattr("surefoot.robot.model_file._is_installed", lambda package: False)
     printed = run().stdout
     assert "point mass only" in printed
     assert "For g1, h1, talos in physics:\n    pip install 'surefoot[robots]'" in printed

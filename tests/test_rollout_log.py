@@ -26,14 +26,14 @@ from rosbags.typesys import Stores, get_typestore
 
 import surefoot as sf
 from surefoot.cli import main
-from surefoot.models.quaternion import quaternions, rotation_matrix
-from surefoot.simulation import rollout_log
-from surefoot.simulation.body_truth import roll_pitch_yaw
-from surefoot.simulation.log_topics import push_forces
-from surefoot.simulation.ros_messages import DEFINITIONS, definition, full_name
-from surefoot.viewers.body_summary import print_body
-from surefoot.viewers.walk_summary import print_walk, walk_summary
-from surefoot.viewers.walk_words import title
+from surefoot.geometry import quaternions, rotation_matrix
+from surefoot.rollout import mcap_log as rollout_log
+from surefoot.rollout.log_topics import push_forces
+from surefoot.rollout.ros_messages import DEFINITIONS, definition, full_name
+from surefoot.show.body_summary import print_body
+from surefoot.show.walk_summary import print_walk, walk_summary
+from surefoot.show.walk_words import title
+from surefoot.worlds.body.truth import roll_pitch_yaw
 
 ROBOT = sf.load_robot("paper-biped")
 STANDARD = get_typestore(Stores.ROS2_JAZZY)

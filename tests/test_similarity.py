@@ -18,11 +18,11 @@ import surefoot as sf
 from random_cells import RandomCell, random_cell
 from scales import UNITY, Scale, largest_difference
 from surefoot.control.methods import METHODS, Method
-from surefoot.models.viability import fall_distance
-from surefoot.models.viable_displacement import viable_displacement
-from surefoot.planning.nominal_gait import gait_room, largest_speed
-from surefoot.planning.push_limit import fixed_steps_limit
-from surefoot.simulation.outcome import recovery_time, settled_error
+from surefoot.dcm.nominal_gait import gait_room, largest_speed
+from surefoot.dcm.push_limit import fixed_steps_limit
+from surefoot.dcm.viability import fall_distance
+from surefoot.dcm.viable_displacement import viable_displacement
+from surefoot.rollout.outcome import recovery_time, settled_error
 
 ROBOT = sf.load_robot("paper-biped").replace(body=None).with_leg(max_speed=3.0)
 NIMBLE = ROBOT.with_leg(max_acceleration=60.0)

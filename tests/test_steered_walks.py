@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 import surefoot as sf
-from surefoot.models.plane import rotated_by
-from surefoot.simulation.body_trace import MEASURED
-from surefoot.simulation.glimpse import Glimpse, glimpse_of
-from surefoot.simulation.steered_body import SteeredBody
-from surefoot.simulation.steered_point import SteeredPoint
+from surefoot.geometry import rotated_by
+from surefoot.rollout.snapshot import Glimpse, glimpse_of
+from surefoot.rollout.trace import MEASURED
+from surefoot.worlds.body.steered import SteeredBody
+from surefoot.worlds.point.steered import SteeredPoint
 
 PUSH = sf.Push(1.1, 0.2, (176.0, 30.0))
 BODY_PUSH = sf.Push(1.5, 0.2, (100.0, 0.0))

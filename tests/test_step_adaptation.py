@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 import surefoot as sf
 from step_problems import KINDS, UNIQUE, as_qp, random_problem
-from surefoot.planning.step_adaptation import MAX_ITERATIONS
+from surefoot.dcm.step_solver import MAX_ITERATIONS
 
 PROBLEMS_PER_KIND = 9000  # 13 kinds: 117,000 problems
 

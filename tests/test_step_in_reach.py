@@ -8,10 +8,8 @@ import numpy as np
 import pytest
 
 import surefoot as sf
-from surefoot.models.leg import furthest
-from surefoot.models.record import new_array
-from surefoot.planning.step_adaptation import MAX_ITERATIONS
-from surefoot.planning.step_in_reach import (
+from surefoot.dcm.leg import furthest
+from surefoot.dcm.step_in_reach import (
     HALVINGS,
     LOST_WEIGHT,
     PARTS,
@@ -19,7 +17,9 @@ from surefoot.planning.step_in_reach import (
     saved_by,
     solve_step_in_reach,
 )
-from surefoot.planning.step_problem import STEP_SOLUTION, StepProblem
+from surefoot.dcm.step_problem import STEP_SOLUTION, StepProblem
+from surefoot.dcm.step_solver import MAX_ITERATIONS
+from surefoot.record import new_array
 
 PAPER = sf.load_robot("paper-biped").replace(mass=70.0)
 LEGS = {"3 m/s": (3.0, math.inf), "1.5 m/s": (1.5, math.inf), "60 m/s^2": (4.0, 60.0)}

@@ -14,7 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import surefoot as sf
-from surefoot.models.robot import Swing
+from surefoot.robot.robot import Swing
 
 ROBOT = sf.load_robot("paper-biped").replace(mass=70.0)
 DIRECTIONS = [(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)]

@@ -19,13 +19,12 @@ from click.testing import CliRunner
 
 import surefoot as sf
 from surefoot.cli import main
-from surefoot.studies import sweep
-from surefoot.studies.sweep import run_sweep
-from surefoot.studies.sweep_cell import measure_cells
-from surefoot.studies.sweep_parameters import known_parameters, situation
-from surefoot.studies.sweep_sampling import sweep_cells
-from surefoot.studies.sweep_study import Study, load_study, parse_study
-from surefoot.studies.workers import Cluster, Processes
+from surefoot.studies.engine.workers import Cluster, Processes
+from surefoot.studies.sweep.sweep import run_sweep, sweep
+from surefoot.studies.sweep.sweep_cell import measure_cells
+from surefoot.studies.sweep.sweep_parameters import known_parameters, situation
+from surefoot.studies.sweep.sweep_sampling import sweep_cells
+from surefoot.studies.sweep.sweep_study import Study, load_study, parse_study
 from test_workers import LocalCluster
 
 ROBOT = sf.load_robot("paper-biped")
@@ -320,9 +319,9 @@ def test_a_leg_without_a_limit_is_refused_and_not_a_failure(tmp_path) -> None:
 KILLED = """
 import sys, time
 from pathlib import Path
-from surefoot.studies import sweep
-from surefoot.studies.sweep_study import load_study
-from surefoot.studies.workers import Processes
+from surefoot.studies.sweep.sweep import sweep
+from surefoot.studies.sweep.sweep_study import load_study
+from surefoot.studies.engine.workers import Processes
 
 sweep.KEEP_EVERY, sweep.AT_ONCE = 0.0, 1
 slow = sweep.measure_cells
@@ -463,7 +462,7 @@ def test_a_quantity_that_is_none_is_refused_before_anything_is_measured(
 
 
 def test_a_robot_beside_the_study(tmp_path) -> None:
-    text = (Path(sf.__file__).parent / "models" / "robots" / "paper-biped.toml").read_text()
+    text = (Path(sf.__file__).parent / "robot" / "presets" / "paper-biped.toml").read_text()
     (tmp_path / "mine.toml").write_text(text)
     (tmp_path / "study.toml").write_text('robot = "mine.toml"\n[vary]\npush.impulse = [10.0]\n')
     study = load_study(tmp_path / "study.toml")

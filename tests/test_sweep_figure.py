@@ -17,11 +17,11 @@ from matplotlib.figure import Figure
 
 from surefoot.control.methods import METHODS
 from surefoot.errors import FileError, ParameterError
-from surefoot.studies.sweep_parameters import known_parameters
-from surefoot.viewers import palette
-from surefoot.viewers.sweep_bins import wilson
-from surefoot.viewers.sweep_columns import UNITS, column
-from surefoot.viewers.sweep_figure import draw_sweep, sweep_figure
+from surefoot.show import palette
+from surefoot.studies.sweep.sweep_bins import wilson
+from surefoot.studies.sweep.sweep_columns import UNITS, column
+from surefoot.studies.sweep.sweep_figure import draw_sweep, sweep_figure
+from surefoot.studies.sweep.sweep_parameters import known_parameters
 
 ANGLES = [0.0, 90.0, 180.0, 270.0]
 GAIN, ANGLE = "controller.dcm_gain", "push.angle"

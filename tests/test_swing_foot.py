@@ -6,8 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import surefoot as sf
-from surefoot.models.robot import Swing
-from surefoot.planning.swing_foot import height, next_phase, quintic
+from surefoot.dcm.swing_foot import height, next_phase, quintic
+from surefoot.robot.robot import Swing
 
 PERIOD = 0.001
 PUSH = sf.Push(1.1, 0.2, (250.0, 0.0))

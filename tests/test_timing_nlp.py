@@ -12,9 +12,9 @@ import pytest
 
 import surefoot as sf
 from surefoot.checks import optional_module
-from surefoot.models.robot import Swing
-from surefoot.planning import step_sequence
-from surefoot.planning.step_sequence import SequenceWeights, StepSequence
+from surefoot.control import step_sequence
+from surefoot.control.step_sequence import SequenceWeights, StepSequence
+from surefoot.robot.robot import Swing
 
 ROBOT = sf.load_robot("paper-biped")
 SLOW_LEG = ROBOT.replace(swing=Swing(max_speed=3.0))

@@ -10,8 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import surefoot as sf
-from surefoot.models.robot import Trunk, preset_text
-from surefoot.models.trunk import trunk_flow
+from surefoot.dcm.trunk import trunk_flow
+from surefoot.robot.robot import Trunk, preset_text
 
 ROBOT = sf.load_robot("paper-biped")
 TRUNK = Trunk(inertia=4.4, max_torque=100.0, max_lean=0.5)

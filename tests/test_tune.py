@@ -16,10 +16,10 @@ from click.testing import CliRunner
 
 import surefoot as sf
 from surefoot.cli import main
-from surefoot.cli.tune import PREFERENCES as OFFERED
 from surefoot.control.settings import load_settings, settings, with_settings
-from surefoot.studies.gentleness import Answer
-from surefoot.studies.knobs import (
+from surefoot.studies.gentleness.gentleness import Answer
+from surefoot.studies.tune.command import PREFERENCES as OFFERED
+from surefoot.studies.tune.knobs import (
     RANGES,
     Knob,
     defaults_of,
@@ -27,13 +27,13 @@ from surefoot.studies.knobs import (
     parameters_of,
     rounded,
 )
-from surefoot.studies.push_score import STEP_WEIGHT, effort_of, score, survived
-from surefoot.studies.trials import REFUSED, Trials, Tried, pareto_front
-from surefoot.studies.tune import Tuned, tune
-from surefoot.studies.tune_choice import PREFERENCES, choose, reasons, simplest
-from surefoot.studies.tune_question import Question
-from surefoot.viewers.tune_report import tuning_text
-from surefoot.viewers.tune_words import verdict
+from surefoot.studies.tune.push_score import STEP_WEIGHT, effort_of, score, survived
+from surefoot.studies.tune.trials import REFUSED, Trials, Tried, pareto_front
+from surefoot.studies.tune.tune import Tuned, tune
+from surefoot.studies.tune.tune_choice import PREFERENCES, choose, reasons, simplest
+from surefoot.studies.tune.tune_question import Question
+from surefoot.studies.tune.tune_report import tuning_text
+from surefoot.studies.tune.tune_words import verdict
 
 TRIALS = 12
 
@@ -366,8 +366,8 @@ KILLED = """
 import sys
 from pathlib import Path
 import surefoot as sf
-from surefoot.studies.tune import tune
-from surefoot.studies.tune_question import Question
+from surefoot.studies.tune.tune import tune
+from surefoot.studies.tune.tune_question import Question
 robot = sf.load_robot("paper-biped").with_leg(max_speed=3.0)
 question = Question(robot, method="tracking-stiff", asked=("dcm_gain",), directions=2, phases=1,
                     step=0.1)

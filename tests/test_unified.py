@@ -9,8 +9,8 @@ import pytest
 
 import surefoot as sf
 from surefoot.control.push_observer import SMOOTHINGS
-from surefoot.models.viable_displacement import viable_displacement
-from surefoot.simulation.batch import simulate_batch
+from surefoot.dcm.viable_displacement import viable_displacement
+from surefoot.worlds.point.batch import simulate_batch
 
 ROBOT = sf.load_robot("paper-biped").replace(mass=70.0)
 PUSHED_STEP = 2

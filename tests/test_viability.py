@@ -8,10 +8,10 @@ from msgspec import structs
 
 import surefoot as sf
 from random_cells import random_cell, random_robot
-from surefoot.models.robot import Trunk
-from surefoot.models.viability import fall_distance
-from surefoot.models.viable_displacement import viable_displacement
-from surefoot.planning.push_limit import impulse_per_offset
+from surefoot.dcm.push_limit import impulse_per_offset
+from surefoot.dcm.viability import fall_distance
+from surefoot.dcm.viable_displacement import viable_displacement
+from surefoot.robot.robot import Trunk
 
 ROBOT = sf.load_robot("paper-biped")
 

@@ -18,10 +18,10 @@ from matplotlib.patches import FancyArrowPatch, Rectangle
 from matplotlib.text import Text
 
 import surefoot as sf
-from surefoot.viewers import palette
-from surefoot.viewers.stances import broken, stances
-from surefoot.viewers.walk_figure import check_figure_path, draw_walk, walk_figure
-from surefoot.viewers.walk_words import push_label, title, velocity_words
+from surefoot.show import palette
+from surefoot.show.stances import broken, stances
+from surefoot.show.walk_figure import check_figure_path, draw_walk, walk_figure
+from surefoot.show.walk_words import push_label, title, velocity_words
 
 ROBOT = sf.load_robot("paper-biped")
 FORWARD = sf.HybridController(ROBOT, (0.5, 0.0))
@@ -210,7 +210,7 @@ def test_the_nominal_gait_follows_the_commanded_velocity(drawn: Get) -> None:
 
 def test_a_plant_that_cannot_walk_the_gait_has_no_nominal_landing() -> None:
     weak = ROBOT.replace(
-        gait=sf.models.gait.GaitLimits(
+        gait=sf.robot.gait.GaitLimits(
             step_duration=(0.4, 0.8), step_x=(-0.1, 0.1), step_y=(-0.2, 0.3), dcm_offset=(0.1, 0.05)
         )
     )

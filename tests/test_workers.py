@@ -17,10 +17,10 @@ from typing import Any
 import pytest
 
 import surefoot as sf
-import surefoot.studies.workers as workers
-from surefoot.studies.cell_work import batched, measure_missing
-from surefoot.studies.shards import Shards
-from surefoot.studies.workers import KILLED, Cluster, Processes, all_results
+import surefoot.studies.engine.workers as workers
+from surefoot.studies.engine.cells import batched, measure_missing
+from surefoot.studies.engine.table import Shards
+from surefoot.studies.engine.workers import KILLED, Cluster, Processes, all_results
 
 distributed = pytest.importorskip("distributed")
 

@@ -20,10 +20,10 @@ from PIL import Image, ImageDraw, ImageFont
 from playwright.sync_api import sync_playwright
 
 from surefoot.cli.live import figure_of, live_menu, make_walk
-from surefoot.models.steering import Steering
-from surefoot.viewers.live.page import LivePage
-from surefoot.viewers.live.run import Choice, LiveRun
-from surefoot.viewers.live.server import page_server, stop, url_of
+from surefoot.live.page import LivePage
+from surefoot.live.run import Choice, LiveRun
+from surefoot.live.server import page_server, stop, url_of
+from surefoot.worlds.steering import Steering
 
 CHOICE, VELOCITY = Choice(controller="unified", ghost="tracking"), (0.4, 0.0)
 PUSHES = {0.8: (0.0, 60.0), 2.8: (90.0, 40.0)}

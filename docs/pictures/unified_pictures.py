@@ -16,10 +16,10 @@ from matplotlib.figure import Figure
 from msgspec import structs
 
 import surefoot as sf
-from surefoot.studies.gentleness import answer
-from surefoot.viewers import palette
-from surefoot.viewers.decision_figure import DecidedWalk, draw_decisions
-from surefoot.viewers.picture_file import write_picture
+from surefoot.show import palette
+from surefoot.show.decision_figure import DecidedWalk, draw_decisions
+from surefoot.show.picture_file import write_picture
+from surefoot.studies.gentleness.gentleness import answer
 
 START, DURATION, PHASE, LEG_SPEED = 1.1, 0.2, 0.1, 3.0
 FORWARD = (1.0, 0.0)

@@ -11,21 +11,29 @@ from typing import TYPE_CHECKING, Any
 from surefoot import errors, version
 
 if TYPE_CHECKING:
-    from surefoot.control.ankle_hip_step_mpc import AnkleHipStepMpc
-    from surefoot.control.body_control import BodyControl
-    from surefoot.control.body_gait import body_control, body_controller, walking_robot
     from surefoot.control.capture_point import CapturePointStepping
     from surefoot.control.dcm_tracking import DcmTracking
-    from surefoot.control.foot_placement_mpc import FootPlacementMpc
+    from surefoot.control.estimator import Estimator
     from surefoot.control.foothold_tracking import FootholdTracking
     from surefoot.control.hybrid import HybridController
-    from surefoot.control.inverse_dynamics import InverseDynamics
-    from surefoot.control.linear_mpc import LinearMpc
+    from surefoot.control.mpc.ankle_hip import AnkleHipStepMpc
+    from surefoot.control.mpc.linear import LinearMpc
+    from surefoot.control.mpc.placement import FootPlacementMpc
     from surefoot.control.preview_control import PreviewControl
     from surefoot.control.settings import load_settings
     from surefoot.control.step_timing import StepTiming
     from surefoot.control.timing_nlp import TimingNlp
-    from surefoot.control.unified import UnifiedController
+    from surefoot.control.unified.controller import UnifiedController
+    from surefoot.control.unified.problem import Decision, Limit
+    from surefoot.dcm.causal_limit import causal_push_limit
+    from surefoot.dcm.footholds import Foothold, FootholdError, load_footholds
+    from surefoot.dcm.nominal_gait import NominalGait, largest_speed, nominal_gait
+    from surefoot.dcm.optimality import KktResidual, kkt_residual
+    from surefoot.dcm.push_limit import ImpulseLimit, fixed_steps_limit, push_limit
+    from surefoot.dcm.pushes import Push
+    from surefoot.dcm.step_problem import StepProblem, StepSolution
+    from surefoot.dcm.step_solver import solve_step
+    from surefoot.dcm.viability import ViableOffsets, viable_offsets
     from surefoot.errors import (
         FileError,
         MissingExtraError,
@@ -35,59 +43,51 @@ if TYPE_CHECKING:
         SurefootError,
         VelocityError,
     )
-    from surefoot.models.body_state import BodyEstimator
-    from surefoot.models.estimator import Estimator
-    from surefoot.models.footholds import Foothold, FootholdError, load_footholds
-    from surefoot.models.footsteps import Footstep, Side
-    from surefoot.models.interfaces import Command, Controller, Mode, Observation, Status
-    from surefoot.models.multibody import Multibody, load_multibody
-    from surefoot.models.pushes import Push
-    from surefoot.models.robot import Foot, Robot, Swing, Trunk, load_robot, preset_names
-    from surefoot.models.steering import Steering
-    from surefoot.models.viability import ViableOffsets, viable_offsets
-    from surefoot.planning.causal_limit import causal_push_limit
-    from surefoot.planning.landing_problem import Decision, Limit
-    from surefoot.planning.nominal_gait import NominalGait, largest_speed, nominal_gait
-    from surefoot.planning.optimality import KktResidual, kkt_residual
-    from surefoot.planning.push_limit import ImpulseLimit, fixed_steps_limit, push_limit
-    from surefoot.planning.step_adaptation import solve_step
-    from surefoot.planning.step_problem import StepProblem, StepSolution
-    from surefoot.simulation.batch import simulate_batch
-    from surefoot.simulation.body_fall import BodyFall
-    from surefoot.simulation.body_measures import BodyMeasures, measure_body
-    from surefoot.simulation.body_noise import BodyNoise
-    from surefoot.simulation.body_plant import Surroundings
-    from surefoot.simulation.body_simulate import simulate_body
-    from surefoot.simulation.body_trace import BodyTrace
-    from surefoot.simulation.decisions import decisions
-    from surefoot.simulation.disturbance import Disturbance
-    from surefoot.simulation.fall_signs import FallCause
-    from surefoot.simulation.lipm_simulator import LipmSimulator
-    from surefoot.simulation.outcome import Fall, Outcome
-    from surefoot.simulation.rollout import Rollout, load_rollout
-    from surefoot.simulation.simulate import simulate
-    from surefoot.simulation.walks import Walks
-    from surefoot.studies.push_recovery import PushLimit, smallest_failing_push
-    from surefoot.viewers.body_video import film_walk
+    from surefoot.interface import Command, Controller, Mode, Observation, Status
+    from surefoot.robot.feet import Footstep, Side
+    from surefoot.robot.multibody import Multibody, load_multibody
+    from surefoot.robot.robot import Foot, Robot, Swing, Trunk, load_robot, preset_names
+    from surefoot.rollout.decisions import decisions
+    from surefoot.rollout.disturbance import Disturbance
+    from surefoot.rollout.fall import BodyFall
+    from surefoot.rollout.fall_signs import FallCause
+    from surefoot.rollout.measures import BodyMeasures, measure_body
+    from surefoot.rollout.outcome import Fall, Outcome
+    from surefoot.rollout.rollout import Rollout, load_rollout
+    from surefoot.rollout.trace import BodyTrace
+    from surefoot.show.body_video import film_walk
+    from surefoot.studies.engine.scan import PushLimit, smallest_failing_push
+    from surefoot.worlds.body.controller import BodyControl
+    from surefoot.worlds.body.estimator import BodyEstimator
+    from surefoot.worlds.body.gait import body_control, body_controller, walking_robot
+    from surefoot.worlds.body.inverse_dynamics import InverseDynamics
+    from surefoot.worlds.body.noise import BodyNoise
+    from surefoot.worlds.body.plant import Surroundings
+    from surefoot.worlds.body.simulate import simulate_body
+    from surefoot.worlds.point.batch import simulate_batch
+    from surefoot.worlds.point.plant import LipmSimulator
+    from surefoot.worlds.point.walks import Walks
+    from surefoot.worlds.steering import Steering
+    from surefoot.worlds.walk import simulate
 
 __version__ = version.VERSION
 
 _HOMES = {
-    "control.ankle_hip_step_mpc": ("AnkleHipStepMpc",),
-    "control.foot_placement_mpc": ("FootPlacementMpc",),
-    "control.linear_mpc": ("LinearMpc",),
-    "control.body_control": ("BodyControl",),
-    "control.body_gait": ("body_control", "body_controller", "walking_robot"),
+    "control.mpc.ankle_hip": ("AnkleHipStepMpc",),
+    "control.mpc.placement": ("FootPlacementMpc",),
+    "control.mpc.linear": ("LinearMpc",),
+    "worlds.body.controller": ("BodyControl",),
+    "worlds.body.gait": ("body_control", "body_controller", "walking_robot"),
     "control.capture_point": ("CapturePointStepping",),
     "control.dcm_tracking": ("DcmTracking",),
     "control.foothold_tracking": ("FootholdTracking",),
     "control.hybrid": ("HybridController",),
-    "control.inverse_dynamics": ("InverseDynamics",),
+    "worlds.body.inverse_dynamics": ("InverseDynamics",),
     "control.preview_control": ("PreviewControl",),
     "control.settings": ("load_settings",),
     "control.step_timing": ("StepTiming",),
     "control.timing_nlp": ("TimingNlp",),
-    "control.unified": ("UnifiedController",),
+    "control.unified.controller": ("UnifiedController",),
     "errors": (
         "FileError",
         "MissingExtraError",
@@ -97,40 +97,40 @@ _HOMES = {
         "SurefootError",
         "VelocityError",
     ),
-    "models.body_state": ("BodyEstimator",),
-    "models.estimator": ("Estimator",),
-    "models.footholds": ("Foothold", "FootholdError", "load_footholds"),
-    "models.footsteps": ("Footstep", "Side"),
-    "models.interfaces": ("Command", "Controller", "Mode", "Observation", "Status"),
-    "models.multibody": ("Multibody", "load_multibody"),
-    "models.pushes": ("Push",),
-    "models.robot": ("Foot", "Robot", "Swing", "Trunk", "load_robot", "preset_names"),
-    "models.steering": ("Steering",),
-    "models.viability": ("ViableOffsets", "viable_offsets"),
-    "planning.causal_limit": ("causal_push_limit",),
-    "planning.landing_problem": ("Decision", "Limit"),
-    "planning.nominal_gait": ("NominalGait", "largest_speed", "nominal_gait"),
-    "planning.optimality": ("KktResidual", "kkt_residual"),
-    "planning.push_limit": ("ImpulseLimit", "fixed_steps_limit", "push_limit"),
-    "planning.step_adaptation": ("solve_step",),
-    "planning.step_problem": ("StepProblem", "StepSolution"),
-    "simulation.batch": ("simulate_batch",),
-    "simulation.body_fall": ("BodyFall",),
-    "simulation.body_measures": ("BodyMeasures", "measure_body"),
-    "simulation.body_noise": ("BodyNoise",),
-    "simulation.body_plant": ("Surroundings",),
-    "simulation.body_simulate": ("simulate_body",),
-    "simulation.body_trace": ("BodyTrace",),
-    "simulation.decisions": ("decisions",),
-    "simulation.disturbance": ("Disturbance",),
-    "simulation.fall_signs": ("FallCause",),
-    "simulation.lipm_simulator": ("LipmSimulator",),
-    "simulation.outcome": ("Fall", "Outcome"),
-    "simulation.rollout": ("Rollout", "load_rollout"),
-    "simulation.simulate": ("simulate",),
-    "simulation.walks": ("Walks",),
-    "studies.push_recovery": ("PushLimit", "smallest_failing_push"),
-    "viewers.body_video": ("film_walk",),
+    "worlds.body.estimator": ("BodyEstimator",),
+    "control.estimator": ("Estimator",),
+    "dcm.footholds": ("Foothold", "FootholdError", "load_footholds"),
+    "robot.feet": ("Footstep", "Side"),
+    "interface": ("Command", "Controller", "Mode", "Observation", "Status"),
+    "robot.multibody": ("Multibody", "load_multibody"),
+    "dcm.pushes": ("Push",),
+    "robot.robot": ("Foot", "Robot", "Swing", "Trunk", "load_robot", "preset_names"),
+    "worlds.steering": ("Steering",),
+    "dcm.viability": ("ViableOffsets", "viable_offsets"),
+    "dcm.causal_limit": ("causal_push_limit",),
+    "control.unified.problem": ("Decision", "Limit"),
+    "dcm.nominal_gait": ("NominalGait", "largest_speed", "nominal_gait"),
+    "dcm.optimality": ("KktResidual", "kkt_residual"),
+    "dcm.push_limit": ("ImpulseLimit", "fixed_steps_limit", "push_limit"),
+    "dcm.step_solver": ("solve_step",),
+    "dcm.step_problem": ("StepProblem", "StepSolution"),
+    "worlds.point.batch": ("simulate_batch",),
+    "rollout.fall": ("BodyFall",),
+    "rollout.measures": ("BodyMeasures", "measure_body"),
+    "worlds.body.noise": ("BodyNoise",),
+    "worlds.body.plant": ("Surroundings",),
+    "worlds.body.simulate": ("simulate_body",),
+    "rollout.trace": ("BodyTrace",),
+    "rollout.decisions": ("decisions",),
+    "rollout.disturbance": ("Disturbance",),
+    "rollout.fall_signs": ("FallCause",),
+    "worlds.point.plant": ("LipmSimulator",),
+    "rollout.outcome": ("Fall", "Outcome"),
+    "rollout.rollout": ("Rollout", "load_rollout"),
+    "worlds.walk": ("simulate",),
+    "worlds.point.walks": ("Walks",),
+    "studies.engine.scan": ("PushLimit", "smallest_failing_push"),
+    "show.body_video": ("film_walk",),
 }
 _EXTRAS = {
     "mujoco": ("a body in physics", "mujoco"),

@@ -9,18 +9,18 @@ from typing import Any
 
 import click
 
-from surefoot.cli.compare import compare
-from surefoot.cli.gentleness import gentleness
 from surefoot.cli.limits import limits
 from surefoot.cli.live import live
-from surefoot.cli.push_map import push_map
 from surefoot.cli.replay import replay
-from surefoot.cli.reproduce import reproduce
 from surefoot.cli.robots import robots
-from surefoot.cli.sweep import sweep
-from surefoot.cli.tune import tune
 from surefoot.cli.walk import walk
 from surefoot.errors import SurefootError
+from surefoot.studies.compare.command import compare
+from surefoot.studies.gentleness.command import gentleness
+from surefoot.studies.push_map.command import push_map
+from surefoot.studies.reproduce.command import reproduce
+from surefoot.studies.sweep.command import sweep
+from surefoot.studies.tune.command import tune
 from surefoot.version import VERSION
 
 MISUSE = 2

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import click
 
-from surefoot.cli.arguments import compiling_notice, json_option, print_json, robot_option
+from surefoot.options import compiling_notice, json_option, print_json, robot_option
 
 
 @click.command()
@@ -40,10 +40,10 @@ def limits(
     leg_accelerations: tuple[float, ...], phases: int, check: bool, as_json: bool,
 ) -> None:  # fmt: skip
     """Print what a robot can do at most: speeds, DCM offsets, and the push that can be survived."""
-    from surefoot.models.robot import load_robot
-    from surefoot.planning.nominal_gait import largest_speed
-    from surefoot.viewers.limits_summary import limits_summary, print_limits
-    from surefoot.viewers.push_limits import push_limits_summary, push_phases
+    from surefoot.dcm.nominal_gait import largest_speed
+    from surefoot.robot.robot import load_robot
+    from surefoot.show.limits_summary import limits_summary, print_limits
+    from surefoot.show.push_limits import push_limits_summary, push_phases
 
     body = load_robot(robot)
     body = body if hip is None else body.replace(hip=hip)
@@ -57,8 +57,8 @@ def limits(
         times = push_phases(body, velocity, phases)
         pushes = push_limits_summary(bodies, times, velocity, durations)
     if check:
-        from surefoot.studies.causal_grid import largest_causal_disagreement
-        from surefoot.studies.limit_grid import largest_disagreement
+        from surefoot.dcm.causal_grid import largest_causal_disagreement
+        from surefoot.dcm.limit_grid import largest_disagreement
 
         known, causal = (
             disagreement(bodies, times, velocity=velocity, duration=durations[0]).as_numbers()

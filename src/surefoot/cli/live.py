@@ -6,14 +6,14 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from surefoot.cli.arguments import compiling_notice, robot_option
 from surefoot.cli.serving import host_option, open_option, port_option, serve_page
+from surefoot.options import compiling_notice, robot_option
 
 if TYPE_CHECKING:
-    from surefoot.models.steering import Steering
-    from surefoot.viewers.live.controls import Menu
-    from surefoot.viewers.live.run import Choice, Walk
-    from surefoot.viewers.live.stage import MakeFigure
+    from surefoot.live.controls import Menu
+    from surefoot.live.run import Choice, Walk
+    from surefoot.live.stage import MakeFigure
+    from surefoot.worlds.steering import Steering
 
 
 @click.command()
@@ -65,11 +65,11 @@ def live(
     The page is served on this machine alone unless --host says otherwise, and needs no internet.
     """
     from surefoot.checks import optional_module
-    from surefoot.models.steering import Steering
+    from surefoot.worlds.steering import Steering
 
     optional_module("viser", "the live page", "live")
-    from surefoot.viewers.live.page import LivePage
-    from surefoot.viewers.live.run import Choice, LiveRun
+    from surefoot.live.page import LivePage
+    from surefoot.live.run import Choice, LiveRun
 
     choice = Choice(robot, controller, ghost, simulator)
     with compiling_notice(4.0, "a minute" if simulator == "mujoco" else "10 s"):
@@ -93,7 +93,7 @@ def make_walk(choice: Choice, key: str, steering: Steering) -> Walk:
         SurefootError: there is no such robot or method, it cannot walk so fast, or an extra is
             missing.
     """
-    from surefoot.models.robot import load_robot
+    from surefoot.robot.robot import load_robot
 
     robot = load_robot(choice.robot)
     walk = (
@@ -107,7 +107,7 @@ def make_walk(choice: Choice, key: str, steering: Steering) -> Walk:
 
 def _point(robot: Any, key: str, steering: Steering) -> Walk:
     from surefoot.control.methods import method
-    from surefoot.simulation.steered_point import SteeredPoint
+    from surefoot.worlds.point.steered import SteeredPoint
 
     return SteeredPoint(method(key).controller(robot, steering.velocity))
 
@@ -117,11 +117,11 @@ def _body(robot: Any, key: str, steering: Steering) -> Walk:
 
     optional_module("mujoco", "physics", "mujoco")
     optional_module("daqp", "inverse dynamics", "mujoco")
-    from surefoot.control.body_gait import body_control, body_controller, walking_robot
-    from surefoot.models.multibody import load_multibody
-    from surefoot.simulation.body_noise import BodyNoise
-    from surefoot.simulation.body_senses import usual_estimator
-    from surefoot.simulation.steered_body import SteeredBody
+    from surefoot.robot.multibody import load_multibody
+    from surefoot.worlds.body.gait import body_control, body_controller, walking_robot
+    from surefoot.worlds.body.noise import BodyNoise
+    from surefoot.worlds.body.sensors import usual_estimator
+    from surefoot.worlds.body.steered import SteeredBody
 
     multibody = load_multibody(robot)
     controller = body_controller(key, walking_robot(multibody), steering.velocity)
@@ -132,12 +132,12 @@ def _body(robot: Any, key: str, steering: Steering) -> Walk:
 
 def figure_of(walk: Walk) -> MakeFigure:
     """How a walk is drawn: with its mechanism's looks if it has one."""
-    from surefoot.viewers.live.figure import PointFigure
+    from surefoot.live.figure import PointFigure
 
     multibody = getattr(walk, "multibody", None)
     if multibody is None:
         return lambda scene, name, opacity: PointFigure(scene, name, walk.robot, opacity)
-    from surefoot.viewers.live.body_figure import BodyFigure
+    from surefoot.live.body_figure import BodyFigure
 
     return lambda scene, name, opacity: BodyFigure(scene, name, multibody, opacity)
 
@@ -147,8 +147,8 @@ def live_menu(choice: Choice) -> Menu:
     from importlib.util import find_spec
 
     from surefoot.control.methods import METHODS
-    from surefoot.models.robot import preset_names
-    from surefoot.viewers.live.controls import Menu
+    from surefoot.live.controls import Menu
+    from surefoot.robot.robot import preset_names
 
     quick = [one for one in METHODS if not one.slow]
     controllers = {

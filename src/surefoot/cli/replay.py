@@ -11,9 +11,9 @@ import click
 from surefoot.cli.serving import host_option, open_option, port_option, serve_page
 
 if TYPE_CHECKING:
-    from surefoot.simulation.rollout import Rollout
-    from surefoot.viewers.live.scenes import Scenes
-    from surefoot.viewers.live.stage import MakeFigure
+    from surefoot.live.scenes import Scenes
+    from surefoot.live.stage import MakeFigure
+    from surefoot.rollout.rollout import Rollout
 
 
 @click.command()
@@ -33,8 +33,8 @@ def replay(file: Path, page: Path | None, host: str, port: int, open_page: bool)
     from surefoot.checks import check_writable, optional_module
 
     optional_module("viser", "playback", "live")
-    from surefoot.viewers.live.replay import ReplayPage
-    from surefoot.viewers.live.scenes import scenes_of
+    from surefoot.live.replay import ReplayPage
+    from surefoot.live.scenes import scenes_of
 
     if page is not None:
         optional_module("matplotlib", "plots of a page", "plot")
@@ -52,7 +52,7 @@ def replay(file: Path, page: Path | None, host: str, port: int, open_page: bool)
 
 def _load(file: Path) -> Rollout:
     """The walk; what is missing of it is told."""
-    from surefoot.simulation.rollout import load_rollout
+    from surefoot.rollout.rollout import load_rollout
 
     with warnings.catch_warnings(record=True) as told:
         warnings.simplefilter("always")
@@ -64,7 +64,7 @@ def _load(file: Path) -> Rollout:
 
 def _figure(rollout: Rollout) -> MakeFigure:
     from surefoot.errors import SurefootError
-    from surefoot.viewers.live.figure import PointFigure
+    from surefoot.live.figure import PointFigure
 
     robot = rollout.robot
     if rollout.body is not None:
@@ -80,8 +80,8 @@ def _mechanism(robot: Any) -> MakeFigure:
     from surefoot.checks import optional_module
 
     optional_module("mujoco", "the looks of a body", "mujoco")
-    from surefoot.models.multibody import load_multibody
-    from surefoot.viewers.live.body_figure import BodyFigure
+    from surefoot.live.body_figure import BodyFigure
+    from surefoot.robot.multibody import load_multibody
 
     multibody = load_multibody(robot)
     return lambda scene, name, opacity: BodyFigure(scene, name, multibody, opacity)
@@ -90,9 +90,9 @@ def _mechanism(robot: Any) -> MakeFigure:
 def _write(scenes: Scenes, figure: MakeFigure, file: Path, page: Path) -> None:
     import tempfile
 
-    from surefoot.viewers.live.replay import write_page
-    from surefoot.viewers.live.server import page_server, stop
-    from surefoot.viewers.walk_words import title
+    from surefoot.live.replay import write_page
+    from surefoot.live.server import page_server, stop
+    from surefoot.show.walk_words import title
 
     with tempfile.TemporaryDirectory() as folder:
         drawn = Path(folder) / "walk.svg"

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from surefoot.cli.arguments import json_option, print_json
+from surefoot.options import json_option, print_json
 
 if TYPE_CHECKING:
-    from surefoot.models.robot import Robot
+    from surefoot.robot.robot import Robot
 
 PROBLEMS = 2
 """Exit status of a check that found some."""
@@ -27,7 +27,7 @@ def robots(context: click.Context, show: str | None, as_json: bool) -> None:
     """List the robots that Surefoot ships, and what is missing to put them into physics."""
     if context.invoked_subcommand is not None:
         return
-    from surefoot.models.robot import load_robot, preset_names, preset_text
+    from surefoot.robot.robot import load_robot, preset_names, preset_text
 
     if show is not None:
         click.echo(preset_text(show), nl=False)
@@ -40,7 +40,7 @@ def robots(context: click.Context, show: str | None, as_json: bool) -> None:
 
 
 def _as_numbers(robot: Robot) -> dict[str, Any]:
-    from surefoot.models.model_file import how_to_install, missing_packages
+    from surefoot.robot.model_file import how_to_install, missing_packages
 
     missing = missing_packages(robot)
     return {
@@ -93,7 +93,7 @@ def check(context: click.Context, robot: str, picture: Path | None, as_json: boo
     """Check a robot for physics: file and model, pose, soles, limits. Exits with 2 on a problem."""
     if picture is not None:
         _check_picture(picture)
-    from surefoot.viewers.check_words import check_lines, check_verdict
+    from surefoot.show.check_words import check_lines, check_verdict
 
     name, findings, draw = _look_at(robot)
     found_problem = any(finding["verdict"] == "problem" for finding in findings)
@@ -118,8 +118,8 @@ def _check_picture(path: Path) -> None:
     from importlib.util import find_spec
 
     from surefoot.checks import check_writable
-    from surefoot.cli.arguments import check_plotting
     from surefoot.errors import DisplayError
+    from surefoot.options import check_plotting
 
     check_plotting()
     check_writable(path, (".png", ".pdf", ".svg"))
@@ -138,8 +138,8 @@ def _look_at(name: str) -> tuple[str, list[dict[str, str]], Callable[[Path], Non
     """The name of a robot, what was found, and what draws it if it can be drawn."""
     from surefoot.checks import optional_module
     from surefoot.errors import SurefootError
-    from surefoot.models.robot import load_robot
-    from surefoot.studies.finding import point_mass_only, refusal
+    from surefoot.robot.finding import point_mass_only, refusal
+    from surefoot.robot.robot import load_robot
 
     try:
         robot = load_robot(name)
@@ -149,19 +149,19 @@ def _look_at(name: str) -> tuple[str, list[dict[str, str]], Callable[[Path], Non
         return robot.name, [point_mass_only(robot).as_words()], None
     try:
         optional_module("mujoco", "physics", "mujoco")
-        from surefoot.models.multibody import load_multibody
+        from surefoot.robot.multibody import load_multibody
 
         mechanism = load_multibody(robot, any_mass=True)
     except SurefootError as error:
         return robot.name, [refusal("model", error).as_words()], None
-    from surefoot.models.nominal_pose import measure_pose
-    from surefoot.studies.robot_check import check_robot
+    from surefoot.robot.nominal_pose import measure_pose
+    from surefoot.worlds.body.robot_check import check_robot
 
     pose = measure_pose(mechanism)
     found = [finding.as_words() for finding in check_robot(mechanism, pose)]
 
     def draw(path: Path) -> None:
-        from surefoot.viewers.robot_picture import draw_robot
+        from surefoot.show.robot_picture import draw_robot
 
         draw_robot(mechanism, pose, path)
 

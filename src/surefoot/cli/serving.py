@@ -45,7 +45,7 @@ def serve_page(
     Raises:
         ParameterError: this machine has no such address, or no free port.
     """
-    from surefoot.viewers.live.server import page_server, stop, url_of
+    from surefoot.live.server import page_server, stop, url_of
 
     server = page_server(host, port)
     page = make(server)

@@ -10,7 +10,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from surefoot.cli.arguments import (
+from surefoot.cli.walk_body import BodyWalk, World, refuse_others, walk_body
+from surefoot.errors import ParameterError
+from surefoot.options import (
     check_plotting,
     compiling_notice,
     given,
@@ -20,12 +22,10 @@ from surefoot.cli.arguments import (
     robot_option,
     settings_option,
 )
-from surefoot.cli.walk_body import BodyWalk, World, refuse_others, walk_body
-from surefoot.errors import ParameterError
 
 if TYPE_CHECKING:
-    from surefoot.models.interfaces import Controller
-    from surefoot.models.robot import Robot
+    from surefoot.interface import Controller
+    from surefoot.robot.robot import Robot
 
 RECOVERED, FELL = 0, 1
 """Exit status."""
@@ -238,8 +238,8 @@ def walk(
 
     Example: surefoot walk --push 176,0@1.1+0.2 --plot walk.png
     """
-    from surefoot.models.pushes import parse_push
-    from surefoot.models.robot import load_robot
+    from surefoot.dcm.pushes import parse_push
+    from surefoot.robot.robot import load_robot
 
     forces = [parse_push(text) for text in pushes]
     velocities = [(time, (x, y)) for x, y, time in map(parse_change, changes)]
@@ -266,8 +266,8 @@ def walk(
         else:
             brain = _foothold_controller(footholds, body, **parameters)
         _check_decides(brain, decision_plot)
-        from surefoot.simulation.outcome import Outcome
-        from surefoot.simulation.simulate import simulate
+        from surefoot.rollout.outcome import Outcome
+        from surefoot.worlds.walk import simulate
 
         rollout = simulate(brain, duration, forces, velocity_changes=velocities)
     if save is not None:
@@ -284,7 +284,7 @@ def parse_change(text: str) -> tuple[float, float, float]:
     Raises:
         ParameterError: the text has another form.
     """
-    from surefoot.models.pushes import NUMBER
+    from surefoot.dcm.pushes import NUMBER
 
     match = re.fullmatch(rf"({NUMBER}),({NUMBER})@({NUMBER})", text)
     if match is None:
@@ -316,7 +316,7 @@ def _controller(
 
 def _foothold_controller(path: Path, robot: Robot, **parameters: Any) -> Controller:
     from surefoot.control.foothold_tracking import FootholdTracking
-    from surefoot.models.footholds import load_footholds
+    from surefoot.dcm.footholds import load_footholds
 
     for name in ("velocity", "changes", "controller", "settings"):
         if given(name):
@@ -331,19 +331,19 @@ def _foothold_controller(path: Path, robot: Robot, **parameters: Any) -> Control
 def _check_outputs(pictures: list[Path | None], save: Path | None) -> None:
     """Tell before the walk, not after it, that its results could not be kept."""
     if save is not None:
-        from surefoot.simulation.rollout_file import check_rollout_path
+        from surefoot.rollout.files import check_rollout_path
 
         check_rollout_path(save)
     for path in pictures:
         if path is not None:
             check_plotting()
-            from surefoot.viewers.walk_figure import check_figure_path
+            from surefoot.show.walk_figure import check_figure_path
 
             check_figure_path(path)
 
 
 def _check_decides(brain: Controller, decision_plot: Path | None) -> None:
-    from surefoot.control.unified import UnifiedController
+    from surefoot.control.unified.controller import UnifiedController
 
     if decision_plot is not None and not isinstance(brain, UnifiedController):
         raise ParameterError(
@@ -354,13 +354,13 @@ def _check_decides(brain: Controller, decision_plot: Path | None) -> None:
 
 
 def _print_walk(rollout: Any, brain: Controller, decision_plot: Path | None, as_json: bool) -> None:
-    from surefoot.control.unified import UnifiedController
-    from surefoot.simulation.decisions import decisions
-    from surefoot.viewers.walk_summary import print_walk, walk_summary
+    from surefoot.control.unified.controller import UnifiedController
+    from surefoot.rollout.decisions import decisions
+    from surefoot.show.walk_summary import print_walk, walk_summary
 
     decided = decisions(brain, rollout) if isinstance(brain, UnifiedController) else None
     if decided is not None and decision_plot is not None:
-        from surefoot.viewers.decision_figure import DecidedWalk, draw_decisions
+        from surefoot.show.decision_figure import DecidedWalk, draw_decisions
 
         draw_decisions([DecidedWalk(rollout, decided)], decision_plot)
     if as_json:

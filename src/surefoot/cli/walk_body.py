@@ -8,17 +8,17 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from surefoot.checks import check_number
-from surefoot.cli.arguments import check_plotting, compiling_notice, given, print_json
 from surefoot.errors import ParameterError
+from surefoot.options import check_plotting, compiling_notice, given, print_json
 
 if TYPE_CHECKING:
-    from surefoot.control.body_control import BodyControl
-    from surefoot.models.pushes import Push
-    from surefoot.models.robot import Robot
-    from surefoot.models.steering import Steering
-    from surefoot.simulation.body_noise import BodyNoise
-    from surefoot.simulation.body_plant import Surroundings
-    from surefoot.simulation.rollout import Rollout
+    from surefoot.dcm.pushes import Push
+    from surefoot.robot.robot import Robot
+    from surefoot.rollout.rollout import Rollout
+    from surefoot.worlds.body.controller import BodyControl
+    from surefoot.worlds.body.noise import BodyNoise
+    from surefoot.worlds.body.plant import Surroundings
+    from surefoot.worlds.steering import Steering
 
 OF_BODY = {
     "truth": "--truth",
@@ -60,7 +60,7 @@ class World:
         Raises:
             ParameterError: a value is out of range.
         """
-        from surefoot.simulation.body_plant import Surroundings
+        from surefoot.worlds.body.plant import Surroundings
 
         check_number("mass_error", self.mass_error, -1.0, "-", above=True)
         return Surroundings(
@@ -73,13 +73,13 @@ class World:
         Raises:
             ParameterError: a value is out of range.
         """
-        from surefoot.simulation.body_noise import BodyNoise
+        from surefoot.worlds.body.noise import BodyNoise
 
         BodyNoise(delay=self.delay, seed=self.seed)
 
     def noise(self, robot: Robot) -> BodyNoise:
         """What the sensors of a robot do."""
-        from surefoot.simulation.body_noise import BodyNoise
+        from surefoot.worlds.body.noise import BodyNoise
 
         return BodyNoise.of(robot, delay=self.delay, seed=self.seed)
 
@@ -154,7 +154,7 @@ def walk_body(walk: BodyWalk, as_json: bool) -> None:
     if walk.video is not None:
         _film(rollout, walk.video)
     _tell(rollout, as_json)
-    from surefoot.viewers.body_summary import makes_way
+    from surefoot.show.body_summary import makes_way
 
     sys.exit(0 if not rollout.fallen and makes_way(rollout) else 1)
 
@@ -165,9 +165,9 @@ def make_control(walk: BodyWalk) -> BodyControl:
     Raises:
         SurefootError: robot, controller or an extra is not there.
     """
-    from surefoot.control.body_gait import body_control, body_controller, walking_robot
-    from surefoot.models.multibody import load_multibody
-    from surefoot.models.robot import load_robot
+    from surefoot.robot.multibody import load_multibody
+    from surefoot.robot.robot import load_robot
+    from surefoot.worlds.body.gait import body_control, body_controller, walking_robot
 
     multibody = load_multibody(load_robot(walk.robot))
     believed = walking_robot(multibody).with_leg(
@@ -183,7 +183,7 @@ def route_of(walk: BodyWalk) -> list[tuple[float, Steering]]:
     Raises:
         ParameterError: the changes are not in order, or go on after the stand.
     """
-    from surefoot.models.steering import Steering
+    from surefoot.worlds.steering import Steering
 
     times = [time for time, _ in walk.changes]
     for option, time in [*(("--then", time) for time in times), ("--stand-at", walk.stand_at)]:
@@ -207,8 +207,8 @@ def route_of(walk: BodyWalk) -> list[tuple[float, Steering]]:
 
 
 def _simulate(walk: BodyWalk, control: BodyControl) -> Rollout:
-    from surefoot.simulation.body_simulate import simulate_body
-    from surefoot.simulation.body_trace import TRUTH
+    from surefoot.rollout.trace import TRUTH
+    from surefoot.worlds.body.simulate import simulate_body
 
     return simulate_body(
         control,
@@ -228,18 +228,18 @@ def _check_outputs(walk: BodyWalk) -> None:
     optional_module("mujoco", "physics", "mujoco")
     optional_module("daqp", "inverse dynamics", "mujoco")
     if walk.save is not None:
-        from surefoot.simulation.rollout_file import check_rollout_path
+        from surefoot.rollout.files import check_rollout_path
 
         check_rollout_path(walk.save)
     if walk.plot is not None:
         check_plotting()
-        from surefoot.viewers.walk_figure import check_figure_path
+        from surefoot.show.walk_figure import check_figure_path
 
         check_figure_path(walk.plot)
     if walk.video is not None:
         for module in ("imageio_ffmpeg", "PIL", "matplotlib"):
             optional_module(module, "films", "video")
-        from surefoot.viewers.body_video import check_video_path
+        from surefoot.show.body_video import check_video_path
 
         check_video_path(walk.video)
 
@@ -249,7 +249,7 @@ def _film(rollout: Rollout, path: Path) -> None:
     from rich.console import Console
     from rich.progress import Progress
 
-    from surefoot.viewers.body_video import film_walk
+    from surefoot.show.body_video import film_walk
 
     with Progress(console=Console(stderr=True), transient=True) as bars:
         bar = bars.add_task("filming", total=None)
@@ -257,7 +257,7 @@ def _film(rollout: Rollout, path: Path) -> None:
 
 
 def _tell(rollout: Any, as_json: bool) -> None:
-    from surefoot.viewers.body_summary import body_summary, print_body
+    from surefoot.show.body_summary import body_summary, print_body
 
     if as_json:
         print_json(body_summary(rollout, rollout.body))

@@ -1,1 +1,1 @@
-"""What decides: one file per published method, all with the same interface."""
+"""WHAT DECIDES: one file per published method, all with the same interface."""

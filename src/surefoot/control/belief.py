@@ -18,7 +18,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from surefoot.compiling import njit
+from surefoot.compiled import njit
 from surefoot.control.plausibility import (
     ALMOST,
     clock_fits,
@@ -29,9 +29,9 @@ from surefoot.control.plausibility import (
     pendulum_fits,
     trunk_fits,
 )
-from surefoot.models.interfaces import OBSERVATION, Observation, Status
-from surefoot.models.lipm import com_flow
-from surefoot.models.trunk import trunk_flow
+from surefoot.dcm.pendulum import com_flow
+from surefoot.dcm.trunk import trunk_flow
+from surefoot.interface import OBSERVATION, Observation, Status
 
 BELIEF = np.dtype(
     [

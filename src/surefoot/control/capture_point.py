@@ -20,7 +20,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from surefoot.compiling import entry_point, njit
+from surefoot.compiled import entry_point, njit
 from surefoot.control.belief import hold, look, mark
 from surefoot.control.cycle import command_swing, growth_since_touchdown, side_index
 from surefoot.control.dcm_tracking import (
@@ -37,14 +37,14 @@ from surefoot.control.tracking_law import (
     follow_plan,
     plan_landing,
 )
-from surefoot.models.footsteps import Side
-from surefoot.models.interfaces import OBSERVATION, Command, Mode, Observation, Status
-from surefoot.models.lipm import dcm_flow
-from surefoot.models.plane import length
-from surefoot.models.record import new_array
-from surefoot.models.robot import Robot
-from surefoot.planning.nominal_gait import NominalGait, nominal_gait
-from surefoot.planning.support_polygon import nearest_under_foot
+from surefoot.dcm.nominal_gait import NominalGait, nominal_gait
+from surefoot.dcm.pendulum import dcm_flow
+from surefoot.dcm.support import nearest_under_foot
+from surefoot.geometry import length
+from surefoot.interface import OBSERVATION, Command, Mode, Observation, Status
+from surefoot.record import new_array
+from surefoot.robot.feet import Side
+from surefoot.robot.robot import Robot
 
 _ADAPTING = int(Mode.ADAPTING)
 _NO_TIME_LEFT = int(Status.NO_TIME_LEFT)

@@ -6,10 +6,10 @@ import math
 
 import numpy as np
 
-from surefoot.compiling import njit
-from surefoot.models.interfaces import Status
-from surefoot.models.leg import hurry, is_reachable
-from surefoot.planning.swing_foot import height, next_phase, quintic
+from surefoot.compiled import njit
+from surefoot.dcm.leg import hurry, is_reachable
+from surefoot.dcm.swing_foot import height, next_phase, quintic
+from surefoot.interface import Status
 
 SWING = np.dtype(
     [

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from surefoot.checks import check_most, check_number
-from surefoot.compiling import entry_point, njit
+from surefoot.compiled import entry_point, njit
 from surefoot.control.belief import BELIEF, first_belief, hold, look, mark
 from surefoot.control.cycle import (
     command_swing,
@@ -35,13 +35,13 @@ from surefoot.control.tracking_law import (
     plan_landing,
     track,
 )
+from surefoot.dcm.leg import time_to
+from surefoot.dcm.nominal_gait import NominalGait, nominal_gait
 from surefoot.errors import ParameterError, VelocityError
-from surefoot.models.footsteps import Side
-from surefoot.models.interfaces import COMMAND, OBSERVATION, Command, Observation
-from surefoot.models.leg import time_to
-from surefoot.models.record import new_array
-from surefoot.models.robot import Robot
-from surefoot.planning.nominal_gait import NominalGait, nominal_gait
+from surefoot.interface import COMMAND, OBSERVATION, Command, Observation
+from surefoot.record import new_array
+from surefoot.robot.feet import Side
+from surefoot.robot.robot import Robot
 
 NO_GAIN = 0.0
 """For methods that take over the records of tracking, but not its law [1/s]."""

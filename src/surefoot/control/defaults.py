@@ -1,7 +1,7 @@
 """Defaults that follow from the robot and its gait, so that similar robots decide alike.
 
 What a controller leaves out is given here in the robot's own units: lengths as parts of R, see
-`planning.nominal_gait.gait_room`, rates as multiples of omega. For the paper's biped at 0.5 m/s R
+`dcm.nominal_gait.gait_room`, rates as multiples of omega. For the paper's biped at 0.5 m/s R
 is 0.248 m, tau_nom 5.76 and omega 3.50 1/s, and the values are those of [OnlineGait].
 """
 
@@ -10,9 +10,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from surefoot.models.lipm import STANDARD_GRAVITY
-from surefoot.models.robot import Robot
-from surefoot.planning.nominal_gait import NominalGait, gait_room
+from surefoot.dcm.nominal_gait import NominalGait, gait_room
+from surefoot.robot.robot import STANDARD_GRAVITY, Robot
 
 DCM_GAIN = 3.0 / math.sqrt(STANDARD_GRAVITY / 0.8)
 """K_f / omega, 0.857: the paper's 3 1/s on its own biped, whose CoM is at 0.8 m."""

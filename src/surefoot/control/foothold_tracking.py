@@ -13,7 +13,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from surefoot.compiling import entry_point, njit
+from surefoot.compiled import entry_point, njit
 from surefoot.control.belief import hold, look
 from surefoot.control.cycle import side_index
 from surefoot.control.dcm_tracking import (
@@ -25,14 +25,14 @@ from surefoot.control.dcm_tracking import (
 )
 from surefoot.control.defaults import DCM_GAIN, fill_in, filled
 from surefoot.control.tracking_law import TRACKING
+from surefoot.dcm.foothold_plan import plan_footholds
+from surefoot.dcm.footholds import Foothold, check_footholds
+from surefoot.dcm.nominal_gait import NominalGait, nominal_gait
 from surefoot.errors import ParameterError
-from surefoot.models.footholds import Foothold, check_footholds
-from surefoot.models.footsteps import Side
-from surefoot.models.interfaces import OBSERVATION, Command, Observation
-from surefoot.models.record import new_array
-from surefoot.models.robot import Robot
-from surefoot.planning.foothold_plan import plan_footholds
-from surefoot.planning.nominal_gait import NominalGait, nominal_gait
+from surefoot.interface import OBSERVATION, Command, Observation
+from surefoot.record import new_array
+from surefoot.robot.feet import Side
+from surefoot.robot.robot import Robot
 
 
 @njit

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from surefoot.checks import check_number, check_pair, check_weights
-from surefoot.compiling import entry_point, njit
+from surefoot.compiled import entry_point, njit
 from surefoot.control.belief import BELIEF, hold, look, mark
 from surefoot.control.cycle import command_swing, growth_since_touchdown, side_index
 from surefoot.control.dcm_tracking import (
@@ -41,21 +41,21 @@ from surefoot.control.tracking_law import (
     plan_landing,
     track,
 )
-from surefoot.models.footsteps import Side
-from surefoot.models.interfaces import COMMAND, OBSERVATION, Command, Mode, Observation
-from surefoot.models.record import new_array
-from surefoot.models.robot import Robot
-from surefoot.planning.gait_problem import gait_problem
-from surefoot.planning.nominal_gait import NominalGait, nominal_gait
-from surefoot.planning.step_adaptation import solve_step_record
-from surefoot.planning.step_in_reach import SAVED, saved_by, solve_step_in_reach
-from surefoot.planning.step_problem import (
+from surefoot.dcm.gait_problem import gait_problem
+from surefoot.dcm.nominal_gait import NominalGait, nominal_gait
+from surefoot.dcm.step_in_reach import SAVED, saved_by, solve_step_in_reach
+from surefoot.dcm.step_problem import (
     OFFSET_PENALTY,
     OFFSET_WEIGHT,
     STEP_PROBLEM,
     STEP_SOLUTION,
     StepProblem,
 )
+from surefoot.dcm.step_solver import solve_step_record
+from surefoot.interface import COMMAND, OBSERVATION, Command, Mode, Observation
+from surefoot.record import new_array
+from surefoot.robot.feet import Side
+from surefoot.robot.robot import Robot
 
 HYBRID = np.dtype(
     [

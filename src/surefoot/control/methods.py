@@ -7,20 +7,20 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Any
 
-from surefoot.control.ankle_hip_step_mpc import AnkleHipStepMpc
 from surefoot.control.capture_point import CapturePointStepping
 from surefoot.control.dcm_tracking import DcmTracking
 from surefoot.control.defaults import DCM_GAIN
-from surefoot.control.foot_placement_mpc import FootPlacementMpc
 from surefoot.control.hybrid import HybridController
-from surefoot.control.linear_mpc import LinearMpc
+from surefoot.control.mpc.ankle_hip import AnkleHipStepMpc
+from surefoot.control.mpc.linear import LinearMpc
+from surefoot.control.mpc.placement import FootPlacementMpc
 from surefoot.control.preview_control import PreviewControl
 from surefoot.control.step_timing import StepTiming
 from surefoot.control.timing_nlp import TimingNlp
-from surefoot.control.unified import UnifiedController
+from surefoot.control.unified.controller import UnifiedController
 from surefoot.errors import ParameterError
-from surefoot.models.interfaces import Controller
-from surefoot.models.robot import Robot
+from surefoot.interface import Controller
+from surefoot.robot.robot import Robot
 
 
 @dataclass(frozen=True)

@@ -10,10 +10,10 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from surefoot.compiling import njit
-from surefoot.models.record import new_array
-from surefoot.models.robot import Robot
-from surefoot.models.viability import fall_distance
+from surefoot.compiled import njit
+from surefoot.dcm.viability import fall_distance
+from surefoot.record import new_array
+from surefoot.robot.robot import Robot
 
 GATE = np.dtype(
     [

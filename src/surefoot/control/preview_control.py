@@ -25,7 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from surefoot.checks import check_number, check_weights
-from surefoot.compiling import entry_point, njit
+from surefoot.compiled import entry_point, njit
 from surefoot.control.belief import first_belief, hold, look, mark
 from surefoot.control.cycle import command_swing, side_index
 from surefoot.control.dcm_tracking import (
@@ -35,6 +35,7 @@ from surefoot.control.dcm_tracking import (
     tracking_parameters,
 )
 from surefoot.control.defaults import fill_in, filled
+from surefoot.control.preview_gains import preview_gains
 from surefoot.control.preview_law import (
     MOST_SAMPLES,
     PREVIEW,
@@ -45,13 +46,12 @@ from surefoot.control.preview_law import (
     regulate_plan,
     walk_plan,
 )
+from surefoot.dcm.nominal_gait import NominalGait, nominal_gait
 from surefoot.errors import ParameterError
-from surefoot.models.footsteps import Side
-from surefoot.models.interfaces import OBSERVATION, Command, Mode, Observation, Status
-from surefoot.models.record import new_array
-from surefoot.models.robot import Robot
-from surefoot.planning.nominal_gait import NominalGait, nominal_gait
-from surefoot.planning.preview_gains import preview_gains
+from surefoot.interface import OBSERVATION, Command, Mode, Observation, Status
+from surefoot.record import new_array
+from surefoot.robot.feet import Side
+from surefoot.robot.robot import Robot
 
 INPUT_WEIGHT = 1.844e-3
 """Default of R omega^6 [1/m^2]: 1e-6 s^6/m^2, as published, for the paper's biped."""

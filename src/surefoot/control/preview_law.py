@@ -7,14 +7,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from surefoot.compiling import njit
+from surefoot.compiled import njit
 from surefoot.control.belief import BELIEF
 from surefoot.control.cycle import LAST_CYCLE, SWING, side_index
 from surefoot.control.plausibility import GATE
 from surefoot.control.tracking_law import EDGE_TOLERANCE
-from surefoot.models.interfaces import COMMAND
-from surefoot.models.lipm import com_flow
-from surefoot.planning.support_polygon import nearest_under_foot
+from surefoot.dcm.pendulum import com_flow
+from surefoot.dcm.support import nearest_under_foot
+from surefoot.interface import COMMAND
 
 MOST_SAMPLES = 2000
 """The longest preview, in control periods."""

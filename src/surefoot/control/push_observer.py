@@ -15,7 +15,7 @@ import math
 
 import numpy as np
 
-from surefoot.compiling import njit
+from surefoot.compiled import njit
 
 SMOOTHINGS = (0.0, 0.014, 0.056, 0.224)
 """Time constants of the estimates [1/omega]."""

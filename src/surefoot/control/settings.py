@@ -17,8 +17,8 @@ from typing import Any, get_args, get_type_hints
 from surefoot.checks import closest
 from surefoot.control.methods import METHODS, method
 from surefoot.errors import FileError, ParameterError, SurefootError
-from surefoot.models.interfaces import Controller
-from surefoot.models.robot import Robot
+from surefoot.interface import Controller
+from surefoot.robot.robot import Robot
 
 OF_THE_WALK = ("robot", "velocity")
 """Arguments of every controller that are no settings."""

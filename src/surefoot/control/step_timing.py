@@ -29,15 +29,15 @@ from surefoot.control.dcm_tracking import (
 )
 from surefoot.control.defaults import default_tau_weight, fill_in, filled
 from surefoot.control.hybrid import HYBRID, HYBRID_STATE, compiled_hybrid, hybrid_cycle
-from surefoot.models.footsteps import Side
-from surefoot.models.interfaces import Command, Observation
-from surefoot.models.record import new_array
-from surefoot.models.robot import Robot
-from surefoot.models.viability import viable_offsets
-from surefoot.planning.gait_problem import gait_problem
-from surefoot.planning.nominal_gait import NominalGait, nominal_gait
-from surefoot.planning.step_in_reach import saved_by
-from surefoot.planning.step_problem import OFFSET_PENALTY, StepProblem
+from surefoot.dcm.gait_problem import gait_problem
+from surefoot.dcm.nominal_gait import NominalGait, nominal_gait
+from surefoot.dcm.step_in_reach import saved_by
+from surefoot.dcm.step_problem import OFFSET_PENALTY, StepProblem
+from surefoot.dcm.viability import viable_offsets
+from surefoot.interface import Command, Observation
+from surefoot.record import new_array
+from surefoot.robot.feet import Side
+from surefoot.robot.robot import Robot
 
 DOMINANT_WEIGHT = (1e5, 1e5)
 """Default (a4, a5) [1/m^2]. The timing gives way before the offset does, in both directions: with a

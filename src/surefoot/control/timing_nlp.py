@@ -3,7 +3,7 @@
 While the DCM error is below the threshold the ZMP tracks the plan. Past it the plan is dropped and
 the next steps are decided anew, places, times and ZMPs together, once every `solve_period`; in
 between, landing and time stand. It ends as the hybrid controller does: at a touchdown at which the
-error is small. The problem is in `planning/step_sequence.py`.
+error is small. The problem is in `control/step_sequence.py`.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from surefoot.checks import check_number, check_pair, check_weights
-from surefoot.compiling import entry_point, njit
+from surefoot.compiled import entry_point, njit
 from surefoot.control.dcm_tracking import (
     check_leg,
     check_tracking,
@@ -32,6 +32,7 @@ from surefoot.control.defaults import (
     fill_in,
     filled,
 )
+from surefoot.control.step_sequence import LONGEST_HORIZON, SequenceWeights, StepSequence
 from surefoot.control.timing_nlp_law import (
     DECIDE,
     TIMING_NLP,
@@ -39,15 +40,14 @@ from surefoot.control.timing_nlp_law import (
     begin_cycle,
     end_cycle,
 )
+from surefoot.dcm.nominal_gait import NominalGait, nominal_gait
+from surefoot.dcm.step_problem import OFFSET_PENALTY
+from surefoot.dcm.step_solver import VIOLATION_TOLERANCE
 from surefoot.errors import ParameterError
-from surefoot.models.footsteps import Side
-from surefoot.models.interfaces import OBSERVATION, Command, Observation, Status
-from surefoot.models.record import new_array
-from surefoot.models.robot import Robot
-from surefoot.planning.nominal_gait import NominalGait, nominal_gait
-from surefoot.planning.step_adaptation import VIOLATION_TOLERANCE
-from surefoot.planning.step_problem import OFFSET_PENALTY
-from surefoot.planning.step_sequence import LONGEST_HORIZON, SequenceWeights, StepSequence
+from surefoot.interface import OBSERVATION, Command, Observation, Status
+from surefoot.record import new_array
+from surefoot.robot.feet import Side
+from surefoot.robot.robot import Robot
 
 TAU_SHARE = 5.4
 """Default weight on e^(omega T) per (R / tau_nom)^2, see `control.defaults`: 0.01 for the paper's

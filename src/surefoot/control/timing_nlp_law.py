@@ -9,9 +9,10 @@ import math
 
 import numpy as np
 
-from surefoot.compiling import njit
+from surefoot.compiled import njit
 from surefoot.control.belief import BELIEF, hold, look, mark
 from surefoot.control.cycle import command_swing, growth_since_touchdown
+from surefoot.control.step_sequence import LONGEST_HORIZON, PLANNED_STEPS
 from surefoot.control.tracking_law import (
     PLAN,
     TRACKING,
@@ -20,9 +21,8 @@ from surefoot.control.tracking_law import (
     plan_landing,
     track,
 )
-from surefoot.models.interfaces import COMMAND, Mode, Status
-from surefoot.planning.step_sequence import LONGEST_HORIZON, PLANNED_STEPS
-from surefoot.planning.support_polygon import nearest_under_foot
+from surefoot.dcm.support import nearest_under_foot
+from surefoot.interface import COMMAND, Mode, Status
 
 TIMING_NLP = np.dtype(
     [

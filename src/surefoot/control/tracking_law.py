@@ -9,14 +9,14 @@ import math
 
 import numpy as np
 
-from surefoot.compiling import njit
+from surefoot.compiled import njit
 from surefoot.control.cycle import SWING, side_index
 from surefoot.control.plausibility import GATE
-from surefoot.models.interfaces import Mode, Status
-from surefoot.models.plane import length
-from surefoot.planning.dcm_plan import planned_dcm
-from surefoot.planning.double_support import transition
-from surefoot.planning.support_polygon import nearest_supported
+from surefoot.dcm.dcm_plan import planned_dcm
+from surefoot.dcm.double_support import transition
+from surefoot.dcm.support import nearest_supported
+from surefoot.geometry import length
+from surefoot.interface import Mode, Status
 
 TRACKING = np.dtype(
     [

@@ -1,1 +1,1 @@
-"""Experiments over many rollouts."""
+"""Experiments over many walks: one folder each."""

@@ -1,0 +1,88 @@
+"""Compile kernels with Numba, once per machine and version of ALL of Surefoot's sources.
+
+Numba keeps compiled code on disk and throws it away when the file that defines the function
+changes. But a kernel has the functions that it calls compiled into it, and these live in other
+files. So every kernel's cache is stamped with the content of all of them instead: edit any file,
+and what may depend on it is compiled anew.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numba
+from numba.core.ccallback import CFunc
+
+ROOMS = ("geometry.py", "robot", "dcm", "control", "rollout", "worlds")
+"""Where kernels live; what lies above them on the ladder is never compiled into one."""
+
+
+@cache
+def source_stamp() -> str:
+    """The content of every source file that kernels can be made of, as a hash."""
+    package, digest = Path(__file__).parent, hashlib.sha256()
+    for room in ROOMS:
+        home = package / room
+        for path in [home] if home.is_file() else sorted(home.rglob("*.py")):
+            digest.update(str(path.relative_to(package)).encode() + path.read_bytes())
+    return digest.hexdigest()
+
+
+def njit(function: Callable[..., Any] | None = None, **options: Any) -> Any:
+    """`numba.njit` with a cache that knows all of the package; without the interpreter lock.
+
+    Args:
+        function: what to compile, when it is used without options.
+        **options: of `numba.njit`.
+    """
+    if function is None:
+        return lambda function: njit(function, **options)
+    dispatcher = numba.njit(cache=True, nogil=True, error_model="numpy", **options)(function)
+    _stamp(dispatcher)
+    return dispatcher
+
+
+def entry_point(kernel: Any, *dtypes: Any) -> Callable[..., None]:
+    """A compiled kernel for arrays of these records, called without a look at their types.
+
+    The look takes longer than most kernels. An array with records of another size is refused all
+    the same, with a TypeError.
+
+    Args:
+        kernel: made by `njit`.
+        *dtypes: of the arrays that it is called with, one for each argument; or Numba's type of an
+            argument that is none of these, such as `numba.float64[:, ::1]`.
+    """
+    signature = tuple(
+        kind
+        if isinstance(kind, numba.types.Type)
+        else numba.types.Array(numba.from_dtype(kind), 1, "C")
+        for kind in dtypes
+    )
+    kernel.compile(signature)
+    return kernel.overloads[signature].entry_point
+
+
+def function_pointer(kernel: Any, signature: Any) -> CFunc:
+    """A kernel as a pointer to compiled code, which another kernel takes as an argument.
+
+    Its type is its signature, so the kernel that takes it is compiled once for all of its kind.
+
+    Args:
+        kernel: made by `njit`.
+        signature: Numba types of arguments and result.
+    """
+    pointer = CFunc(kernel.py_func, ((*signature.args,), signature.return_type), {}, {})
+    pointer.enable_caching()
+    _stamp(pointer)
+    pointer.compile()
+    return pointer
+
+
+def _stamp(compiled: Any) -> None:
+    # Numba has no public way to widen what invalidates a cache.
+    compiled._cache._cache_file._source_stamp = source_stamp()

@@ -1,0 +1,1 @@
+"""Linear model predictive control about the nominal gait."""

@@ -1,0 +1,1 @@
+"""The unified controller: ZMP, landing place and landing time from one problem."""

@@ -1,0 +1,113 @@
+"""What walks, drawn: a point mass on two legs, or the shapes of a body in physics."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from surefoot.live.colours import GHOST, rgb
+from surefoot.live.quaternions import about_z, z_towards
+from surefoot.robot.feet import Side
+from surefoot.robot.robot import Robot
+from surefoot.rollout.snapshot import Glimpse
+from surefoot.show import palette
+
+BONE, JOINT = 0.022, 0.032
+"""Radius of bones and joints [m]."""
+
+THICK = 0.03
+"""A sole [m]."""
+
+LINK = 0.62
+"""Length of thigh and shank, of the height of the CoM [-]: a leg that flies out is not torn."""
+
+SIDES = (Side.LEFT, Side.RIGHT)
+"""In the order of `Glimpse.soles`."""
+
+
+UP = np.array([0.0, 0.0, 1.0])
+
+
+class Figure(Protocol):
+    """Anything that walks in a scene."""
+
+    def show(self, glimpse: Glimpse) -> None:
+        """Take the pose of an instant."""
+        ...
+
+    def remove(self) -> None:
+        """Leave the scene."""
+        ...
+
+
+class PointFigure:
+    """Pelvis, legs with knees, and soles.
+
+    The pendulum has none of them but the soles: they are drawn so that it looks like who it is for.
+
+    Args:
+        scene: of viser.
+        name: where in the tree of the scene.
+        robot: whose sizes count.
+        opacity: 1 or less of a ghost.
+    """
+
+    def __init__(self, scene: Any, name: str, robot: Robot, opacity: float = 1.0) -> None:
+        self._height, self._hip = robot.com_height, robot.hip
+        self._root = scene.add_frame(name, show_axes=False)
+        self._link = LINK * robot.com_height
+        see = {"opacity": None if opacity == 1.0 else opacity}
+        dark = rgb("#3b4350" if opacity == 1.0 else GHOST)
+        self._pelvis = scene.add_box(f"{name}/pelvis", dark, (0.07, robot.hip, 0.05), **see)
+        self._soles, self._bones, self._joints = [], [], []
+        for side in SIDES:
+            tag, size = side.name.lower(), (robot.foot.length, robot.foot.width, THICK)
+            colour = rgb(palette.SOLE_EDGE[side]) if opacity == 1.0 else dark
+            self._soles.append(scene.add_box(f"{name}/{tag}_sole", colour, size, **see))
+            for part in ("thigh", "shank"):
+                bone = scene.add_cylinder(
+                    f"{name}/{tag}_{part}", BONE, self._link, colour, radial_segments=16, **see
+                )
+                self._bones.append(bone)
+            for part in ("hip", "knee"):
+                ball = scene.add_icosphere(f"{name}/{tag}_{part}", JOINT, colour, **see)
+                self._joints.append(ball)
+
+    def show(self, glimpse: Glimpse) -> None:
+        """Take the pose of an instant."""
+        x, y = glimpse.observation["com"]
+        soles = glimpse.soles()
+        yaw = math.atan2(np.sin(soles[:, 3]).mean(), np.cos(soles[:, 3]).mean())
+        ahead = np.array([math.cos(yaw), math.sin(yaw), 0.0])
+        aside = np.array([-math.sin(yaw), math.cos(yaw), 0.0])
+        middle = np.array([x, y, self._height])
+        self._pelvis.position, self._pelvis.wxyz = middle, about_z(yaw)
+        for row, side in enumerate(SIDES):
+            place, heading = soles[row, :3], float(soles[row, 3])
+            sole = self._soles[row]
+            sole.position = place + 0.5 * THICK * UP
+            sole.wxyz = about_z(heading)
+            hip = middle - 0.5 * self._hip * side * aside
+            self._bend(2 * row, hip, place + THICK * UP, ahead)
+
+    def _bend(
+        self, first: int, hip: NDArray[Any], ankle: NDArray[Any], ahead: NDArray[Any]
+    ) -> None:
+        """A leg with its knee ahead of the line from hip to ankle."""
+        way = ankle - hip
+        length = float(np.linalg.norm(way))
+        half = min(0.5 * length, self._link)
+        out = ahead - way * float(ahead @ way) / length**2
+        out /= max(float(np.linalg.norm(out)), 1e-9)
+        knee = hip + 0.5 * way + math.sqrt(self._link**2 - half**2) * out
+        for index, (top, bottom) in enumerate(((hip, knee), (knee, ankle))):
+            bone = self._bones[first + index]
+            bone.position, bone.wxyz = 0.5 * (top + bottom), z_towards(top - bottom)
+        self._joints[first].position, self._joints[first + 1].position = hip, knee
+
+    def remove(self) -> None:
+        """Leave the scene."""
+        self._root.remove()

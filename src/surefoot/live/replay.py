@@ -1,0 +1,169 @@
+"""Playback of a finished walk: on a page with a slider for time, or as one file to send around."""
+
+from __future__ import annotations
+
+import html
+import math
+import threading
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import viser
+from numpy.typing import NDArray
+
+from surefoot.errors import FileError
+from surefoot.live.charts import dock_panels
+from surefoot.live.layers import Layers
+from surefoot.live.page import FRAME, MOST_BEHIND
+from surefoot.live.run import REMEMBERED
+from surefoot.live.sample import SAMPLING
+from surefoot.live.scenes import Scenes
+from surefoot.live.sentence import framed
+from surefoot.live.server import look_from
+from surefoot.live.stage import MakeFigure, Stage
+
+PER_FRAME = 2
+"""Scenes from one picture of a file to the next."""
+
+_DOCUMENT = """<!doctype html>
+<html lang="en"><head><meta charset="utf-8"><title>{title}</title>
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<style>
+body{{margin:0;font-family:"DejaVu Sans",Verdana,sans-serif;color:#222;background:#f6f7f9}}
+header{{padding:14px 22px;background:#fff;border-bottom:1px solid #dfe3e8}}
+h1{{font-size:18px;margin:0 0 6px}} p{{margin:0;font-size:14px;line-height:1.45;max-width:110ch}}
+iframe{{display:block;width:100%;height:68vh;min-height:380px;border:0;background:#fff}}
+figure{{margin:18px auto;padding:0 16px;max-width:1200px}}
+figure svg{{width:100%;height:auto;background:#fff}}
+</style></head><body>
+<header><h1>{title}</h1><p>{words}</p></header>
+<iframe title="the walk in three dimensions" srcdoc="{scene}"></iframe>
+<figure>{plots}</figure>
+</body></html>
+"""
+
+
+class ReplayPage:
+    """A page that shows a finished walk.
+
+    Args:
+        server: of viser.
+        scenes: the walk.
+        figure: how it is drawn.
+    """
+
+    def __init__(self, server: viser.ViserServer, scenes: Scenes, figure: MakeFigure) -> None:
+        self._server, self._scenes, self._lock = server, scenes, threading.Lock()
+        look_from(server)
+        gui, times = server.gui, scenes.rollout.time
+        self._sentence = gui.add_html(framed(scenes.sentences[0]))
+        with gui.add_folder("Time"):
+            self._at = round(float(times[0]), 2)
+            last = self._at + SAMPLING * math.ceil((times[-1] - times[0]) / SAMPLING)
+            self.time = gui.add_slider("time [s]", self._at, round(last, 2), SAMPLING, self._at)
+            self.play = gui.add_button("Pause", hint="key: space")
+            self.pace = gui.add_slider("speed [x]", 0.05, 2.0, 0.05, 1.0)
+        self.playing, self._shown = True, -1
+        # The slider tells every tab where it is; only a tab that moves it has an identity.
+        self.time.on_update(
+            lambda event: None if event.client_id is None else self._put(float(self.time.value))
+        )
+        self.play.on_click(lambda _: self._toggle())
+        gui.add_command("pause", hotkey="space").on_trigger(lambda _: self._toggle())
+        layers = Layers(gui)
+        self.charts = dock_panels(server, "Up to now")
+        self.stage = Stage(server.scene, layers.shown)
+        self.stage.cast(scenes.robot, figure, None)
+
+    def _toggle(self) -> None:
+        with self._lock:
+            self.playing = not self.playing
+            self.play.label = "Pause" if self.playing else "Play"
+
+    def _put(self, at: float) -> None:
+        with self._lock:
+            self._at = at
+
+    def serve(self, on: Callable[[], bool] = lambda: True) -> None:
+        """Play; from the start again at the end.
+
+        Args:
+            on: asked before every picture whether to go on.
+        """
+        times, last = self._scenes.rollout.time, time.monotonic()
+        while on():
+            now = time.monotonic()
+            passed, last = min(now - last, MOST_BEHIND), now
+            if self.playing:
+                self._go_on(passed * float(self.pace.value), times)
+            self.draw()
+            time.sleep(max(FRAME - (time.monotonic() - now), 0.001))
+
+    def _go_on(self, seconds: float, times: NDArray[np.float64]) -> None:
+        with self._lock:
+            at = self._at + seconds
+            self._at = float(times[0]) if at > times[-1] else at
+        self.time.value = round(SAMPLING * round(self._at / SAMPLING), 2)
+
+    def draw(self) -> None:
+        """Send what is under the slider to all tabs."""
+        scenes, scene = self._scenes, self._scenes.at(float(self.time.value))
+        if scene == self._shown:
+            return
+        with self._server.atomic():
+            self.stage.show(scenes.glimpse(scene), None)
+        self._shown = scene
+        self._sentence.content = framed(
+            scenes.sentences[scene], scenes.rollout.fallen and scene == len(scenes.cycles) - 1
+        )
+        if scene % 6 == 0 or not self.playing:
+            first = max(scene - round(REMEMBERED / SAMPLING), 0)
+            samples = scenes.samples[first : scene + 1]
+            self.charts.show(samples, scenes.robot, scenes.gait(scene).step_duration)
+
+
+def write_page(
+    server: viser.ViserServer,
+    scenes: Scenes,
+    figure: MakeFigure,
+    title: str,
+    plots: str,
+    path: Path,
+) -> None:
+    """One file that plays the walk without a network.
+
+    Args:
+        server: of viser; nobody needs to look at it.
+        scenes: the walk.
+        figure: how it is drawn.
+        title: of the page.
+        plots: as SVG.
+        path: file to write.
+
+    Raises:
+        FileError: it cannot be written.
+    """
+    look_from(server)
+    stage = Stage(server.scene, lambda _: True)
+    stage.cast(scenes.robot, figure, None)
+    # It begins with its end, so that what is the same in all of it is said once after the start.
+    stage.show(scenes.glimpse(len(scenes.cycles) - 1), None)
+    recording = server.get_scene_serializer()
+    for scene in range(0, len(scenes.cycles), PER_FRAME):
+        recording.insert_sleep(PER_FRAME * SAMPLING)
+        stage.show(scenes.glimpse(scene), None)
+    recording.insert_sleep(1.0)
+    document = _DOCUMENT.format(
+        title=html.escape(title),
+        words=html.escape(scenes.sentences[-1]),
+        scene=html.escape(recording.as_html(), quote=True),
+        plots=plots,
+    )
+    try:
+        path.write_text(document, encoding="utf-8")
+    except OSError as error:
+        raise FileError(
+            "a file that can be written", f"{path}: {error.strerror}", "choose another place"
+        ) from error

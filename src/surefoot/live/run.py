@@ -1,0 +1,290 @@
+"""A walk in real time and a ghost beside it: what a page shows, and what it may ask for.
+
+No page is needed for it: requests may come from any thread, time passes in `advance`.
+"""
+
+from __future__ import annotations
+
+import math
+import threading
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import NamedTuple, Protocol
+
+from surefoot.dcm.pushes import Push
+from surefoot.errors import SurefootError
+from surefoot.interface import Controller
+from surefoot.live.sample import SAMPLING, Sample, sample_of
+from surefoot.live.story import Story
+from surefoot.robot.robot import Robot
+from surefoot.rollout.rollout import Rollout
+from surefoot.rollout.snapshot import Glimpse
+from surefoot.worlds.steering import Steering
+
+PUSH_DURATION = 0.2
+"""Of every push, as everywhere [s]."""
+
+FASTEST = 2.0
+"""Of all paces [-]."""
+
+LARGEST_IMPULSE = 300.0
+"""Of all pushes [N s]."""
+
+REMEMBERED = 6.0
+"""How much of the past the charts show [s]."""
+
+
+class Walk(Protocol):
+    """What goes on and on: `SteeredPoint` or `SteeredBody`."""
+
+    steering: Steering
+
+    @property
+    def robot(self) -> Robot:
+        """The one that walks."""
+        ...
+
+    @property
+    def controller(self) -> Controller:
+        """What decides, for the velocity of now."""
+        ...
+
+    @property
+    def time(self) -> float:
+        """Now [s]."""
+        ...
+
+    @property
+    def fallen(self) -> bool:
+        """Whether it is down."""
+        ...
+
+    @property
+    def decision_time(self) -> float:
+        """How long the last answer took [s]."""
+        ...
+
+    def steer(self, steering: Steering) -> None:
+        """Walk elsewhere."""
+        ...
+
+    def push(self, push: Push) -> None:
+        """Push it."""
+        ...
+
+    def step(self) -> None:
+        """One cycle."""
+        ...
+
+    def glimpse(self) -> Glimpse:
+        """What there is to see of the last cycle."""
+        ...
+
+    def rollout(self) -> Rollout:
+        """The walk so far."""
+        ...
+
+
+@dataclass(frozen=True)
+class Choice:
+    """Who walks.
+
+    Attributes:
+        robot: preset or file.
+        controller: key of a method.
+        ghost: key of the second one's, "" if there is none.
+        simulator: "lipm" or "mujoco".
+    """
+
+    robot: str = "paper-biped"
+    controller: str = "unified"
+    ghost: str = ""
+    simulator: str = "lipm"
+
+
+class View(NamedTuple):
+    """One instant of a run: who walks, since which cast, and what there is to see of both."""
+
+    casts: int
+    walk: Walk
+    ghost: Walk | None
+    seen: Glimpse
+    ghost_seen: Glimpse | None
+
+
+MakeWalk = Callable[[Choice, str, Steering], Walk]
+"""A walk of the chosen robot with the controller of this key, steered from the start."""
+
+
+class LiveRun:
+    """A walk and its ghost, under the same pushes.
+
+    Args:
+        make: makes a walk.
+        choice: who walks.
+        steering: where to.
+
+    Attributes:
+        paused: whether time stands still.
+        notice: what could not be done, for people; empty if all could.
+        casts: how often walks were made anew.
+
+    Raises:
+        SurefootError: that walk cannot be made.
+    """
+
+    def __init__(self, make: MakeWalk, choice: Choice, steering: Steering) -> None:
+        self._make, self._lock = make, threading.RLock()
+        self.paused, self.notice, self.casts, self._pace = False, "", 0, 1.0
+        self.samples: deque[Sample] = deque(maxlen=round(REMEMBERED / SAMPLING))
+        self._wanted = choice
+        self._begin(self._cast(choice, steering), choice, steering)
+
+    def _cast(self, choice: Choice, steering: Steering) -> tuple[Walk, Walk | None]:
+        """Walk and ghost, ready to be seen; this may take seconds."""
+        walk = self._make(choice, choice.controller, steering)
+        ghost = self._make(choice, choice.ghost, steering) if choice.ghost else None
+        for one in (walk, ghost):
+            if one is not None:
+                one.step()
+        return walk, ghost
+
+    def _begin(self, cast: tuple[Walk, Walk | None], choice: Choice, steering: Steering) -> None:
+        self.walk, self.ghost = cast
+        self.choice, self.steering = choice, steering
+        self.story = Story(self.walk.controller.gait, self.walk.robot, steering.velocity)
+        self.samples.clear()
+        self._slowest, self._next_sample, self._now = 0.0, 0.0, self.walk.time
+        self._pushed_until = -math.inf
+        self.casts += 1
+
+    @property
+    def pace(self) -> float:
+        """Simulated seconds in a second of the wall clock [-]."""
+        return self._pace
+
+    @pace.setter
+    def pace(self, pace: float) -> None:
+        # A page sends what it likes.
+        if math.isfinite(pace):
+            self._pace = min(max(pace, 0.0), FASTEST)
+
+    def reset(self) -> None:
+        """From the start, as chosen."""
+        self.choose(self.choice)
+
+    def choose(self, choice: Choice) -> None:
+        """Somebody else walks, from the start; if that cannot be, `notice` says why.
+
+        Meanwhile the old one walks on; of two choices the last one counts.
+        """
+        with self._lock:
+            # A copy: one may ask for the same again.
+            self._wanted = wanted = replace(choice)
+            steering = asked = self.steering
+            self.notice = f"{choice.robot} is made ready"
+        notice, cast = "", None
+        try:
+            cast = self._cast(choice, steering)
+        except SurefootError as first:
+            try:
+                # A robot may be slower than the last one: it begins in place.
+                cast, steering = self._cast(choice, Steering()), Steering()
+                notice = f"walks in place: {first}"
+            except SurefootError as error:
+                notice = str(error)
+        with self._lock:
+            if self._wanted is not wanted:
+                return
+            self.notice = notice
+            if cast is not None:
+                since = self.steering
+                self._begin(cast, choice, steering)
+                if since is not asked:
+                    self.steer(since)
+
+    def steer(self, steering: Steering) -> None:
+        """Walk elsewhere; if it cannot, it goes on as before, and `notice` says why."""
+        with self._lock:
+            try:
+                for one in (self.walk, self.ghost):
+                    if one is not None and not steering.standing:
+                        # All of them can, or none is told.
+                        one.controller.with_velocity(steering.velocity)
+                for one in (self.walk, self.ghost):
+                    if one is not None:
+                        one.steer(steering)
+                self.steering, self.notice = steering, ""
+            except SurefootError as error:
+                self.notice = str(error)
+
+    def push(self, direction: float, impulse: float) -> None:
+        """Push both walks now.
+
+        Args:
+            direction: counter-clockwise from the robot's own forward [rad].
+            impulse: over 0.2 s [N s].
+        """
+        with self._lock:
+            if self.walk.fallen or not math.isfinite(impulse) or not math.isfinite(direction):
+                return
+            if self.walk.time < self._pushed_until:
+                # One at a time: a key that is held down repeats itself.
+                return
+            impulse = min(max(impulse, 0.0), LARGEST_IMPULSE)
+            self._pushed_until = self.walk.time + PUSH_DURATION
+            glimpse = self.walk.glimpse()
+            angle = direction + float(glimpse.observation["support_yaw"])
+            force = impulse / PUSH_DURATION
+            push = Push(
+                self.walk.time, PUSH_DURATION, (force * math.cos(angle), force * math.sin(angle))
+            )
+            self.story.pushed(push, direction, glimpse)
+            for one in (self.walk, self.ghost):
+                if one is not None and not one.fallen:
+                    one.push(push)
+
+    def advance(self, seconds: float) -> None:
+        """Let time pass [s]: of the walks, not of the clock."""
+        with self._lock:
+            self._now += seconds
+            until = self._now
+            while self.walk.time < until - 1e-9 and not self.walk.fallen:
+                self.walk.step()
+                self._slowest = max(self._slowest, self.walk.decision_time)
+                if self.paused or self.walk.time >= self._next_sample or self.walk.fallen:
+                    self._sample()
+            # It goes on after a fall of the one beside it.
+            ghost = self.ghost
+            while ghost is not None and not ghost.fallen and ghost.time < until - 1e-9:
+                ghost.step()
+
+    def _sample(self) -> None:
+        glimpse = self.walk.glimpse()
+        self.samples.append(sample_of(glimpse, self._slowest))
+        self._slowest, self._next_sample = 0.0, self.walk.time + SAMPLING
+        self.story.watch(glimpse, self.walk.controller.gait, self.steering.velocity)
+        if self.walk.fallen:
+            self.story.fell(self.walk.rollout())
+
+    def view(self) -> View:
+        """What there is to see now."""
+        with self._lock:
+            ghost = None if self.ghost is None else self.ghost.glimpse()
+            return View(self.casts, self.walk, self.ghost, self.walk.glimpse(), ghost)
+
+    def sentence(self) -> str:
+        """What happens, in plain words."""
+        with self._lock:
+            words = self.story.sentence
+            if self.ghost is not None and self.ghost.fallen:
+                words += f" The ghost ({self.choice.ghost}) has fallen."
+            elif self.ghost is not None and self.walk.fallen:
+                words += f" The ghost ({self.choice.ghost}) walks on."
+            return words
+
+    def rollout(self) -> Rollout:
+        """The walk so far, or as much of its end as is kept."""
+        with self._lock:
+            return self.walk.rollout()

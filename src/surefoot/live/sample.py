@@ -1,0 +1,35 @@
+"""What the charts show of an instant."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from surefoot.dcm.frame_turn import rotated
+from surefoot.rollout.snapshot import Glimpse
+
+SAMPLING = 0.02
+"""How often a sample is taken [s]."""
+
+
+class Sample(NamedTuple):
+    """One instant for the charts: (x, y) along and across the standing sole [m], and times [s]."""
+
+    time: float
+    dcm: tuple[float, float]
+    zmp: tuple[float, float]
+    step_duration: float
+    decision_time: float
+
+
+def sample_of(glimpse: Glimpse, decision_time: float) -> Sample:
+    """The sample of an instant, with the longest decision since the last one [s]."""
+    seen = glimpse.observation
+    foot, yaw = seen["support_foot"], float(seen["support_yaw"])
+    zmp = [a - b for a, b in zip(glimpse.floor_zmp, foot, strict=True)]
+    return Sample(
+        glimpse.time,
+        rotated(seen["dcm"] - foot, -yaw),
+        rotated(zmp, -yaw),
+        float(glimpse.command["step_duration"]),
+        decision_time,
+    )

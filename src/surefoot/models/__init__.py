@@ -1,1 +1,0 @@
-"""What is: the robot, its gait limits, the pendulum, feet, pushes, and the seam."""

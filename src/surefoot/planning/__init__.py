@@ -1,1 +1,0 @@
-"""Where and when to step: nominal gait, DCM plan, step adaptation, swing foot."""

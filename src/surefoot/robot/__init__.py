@@ -1,0 +1,1 @@
+"""WHO WALKS: the robot's file, its mechanism, its legs."""

@@ -1,0 +1,49 @@
+"""What motors can give: torque within limits, less of it near the limit of speed."""
+
+from __future__ import annotations
+
+from surefoot.compiled import njit
+
+DROOP = 0.9
+"""Fraction of its speed limit from which on a motor loses torque in the direction of motion."""
+
+
+@njit
+def torque_range(torque, speed, limit):
+    """What a motor can give at a speed: full torque up to a part of its limit, then less and less.
+
+    Beyond the limit it can only brake.
+
+    Args:
+        torque, limit: of the motor [N m, rad/s].
+        speed: of the joint [rad/s].
+
+    Returns:
+        Least and largest torque [N m].
+    """
+    part = speed / limit
+    high = low = 1.0
+    if part > DROOP:
+        high = max((1.0 - part) / (1.0 - DROOP), -1.0)
+    elif part < -DROOP:
+        low = max((1.0 + part) / (1.0 - DROOP), -1.0)
+    return -low * torque, high * torque
+
+
+@njit
+def motor_torques(
+    torque, position, velocity, stiffness, damping, angles, speeds, most, limits, given
+):
+    """Write what the motors give, of what they are told.
+
+    Args:
+        torque, position, velocity, stiffness, damping: as in `JointCommand`.
+        angles, speeds: of the joints, in the order of the motors [rad, rad/s].
+        most, limits: of the motors [N m, rad/s].
+        given: written [N m].
+    """
+    for j in range(torque.shape[0]):
+        wanted = torque[j] + stiffness * (position[j] - angles[j])
+        wanted += damping * (velocity[j] - speeds[j])
+        least, largest = torque_range(most[j], speeds[j], limits[j])
+        given[j] = min(max(wanted, least), largest)

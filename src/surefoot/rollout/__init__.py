@@ -1,0 +1,1 @@
+"""WHAT HAPPENED: a walk, its outcome, its measures and its files."""

@@ -1,0 +1,60 @@
+"""A picture into a file; the same picture gives the same bytes."""
+
+from __future__ import annotations
+
+from io import BytesIO
+from pathlib import Path
+
+from matplotlib import style
+from matplotlib.figure import Figure
+from matplotlib.path import Path as Outline
+
+from surefoot.errors import FileError
+from surefoot.show import palette
+from surefoot.show.method_marks import Mark
+from surefoot.version import VERSION
+
+DPI = 160
+"""Of a .png [1/in]."""
+
+
+def picture_bytes(figure: Figure, form: str, title: str = "") -> bytes:
+    """A picture as the content of a file.
+
+    Args:
+        figure: the picture.
+        form: "png", "pdf" or "svg".
+        title: what the file says of itself.
+    """
+    maker = f"Surefoot {VERSION}"
+    about: dict[str, str | None] = {"Title": title}
+    if form == "png":
+        about["Software"] = maker
+    elif form == "pdf":
+        about |= {"Creator": maker, "Producer": maker, "CreationDate": None}
+    else:
+        about |= {"Creator": maker, "Date": None}
+    stream = BytesIO()
+    with style.context(["default", palette.STYLE]):
+        figure.savefig(stream, format=form, dpi=DPI, metadata=about)
+    return stream.getvalue()
+
+
+def marker_path(how: Mark) -> Outline:
+    """The marker of a method as matplotlib wants it."""
+    return Outline([*how.outline, how.outline[0]], closed=True)
+
+
+def write_picture(figure: Figure, path: Path, title: str = "") -> None:
+    """Write a picture; the ending of the path names the format.
+
+    Raises:
+        FileError: the file cannot be written.
+    """
+    content = picture_bytes(figure, path.suffix.lower()[1:], title)
+    try:
+        path.write_bytes(content)
+    except OSError as error:
+        raise FileError(
+            "a file that can be written", f"{path}: {error.strerror}", "choose another place"
+        ) from error

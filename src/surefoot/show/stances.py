@@ -1,0 +1,203 @@
+"""A walk cut at its touchdowns: one foot on the ground after the other."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from surefoot.dcm.nominal_gait import NominalGait, nominal_gait
+from surefoot.dcm.pushes import Push
+from surefoot.errors import SurefootError
+from surefoot.interface import Mode
+from surefoot.robot.feet import Side
+from surefoot.robot.robot import Foot
+from surefoot.rollout.rollout import Rollout
+from surefoot.show.ground import pair
+
+NOTICEABLE = 0.002
+"""Displacements smaller than this cannot be seen in a picture [m]."""
+
+
+@dataclass(frozen=True)
+class Stance:
+    """What happened while one foot stood.
+
+    Attributes:
+        number: of the step, from 1; the foot that it lands gets the same number.
+        side: foot on the ground.
+        support_foot: centre of its sole (x, y) [m].
+        yaw: heading of the sole, counter-clockwise from x [rad].
+        samples: the cycles of the rollout that belong to it.
+        start: time of the touchdown that began it [s].
+        end: time of the next touchdown, or of the last cycle [s].
+        adapted: whether the step was decided online.
+        landing: where the swing foot landed (x, y), None if the run ended before [m].
+        planned_duration: of the step, None if it was decided online from its first cycle [s].
+        gait: the nominal gait at its end, None if the plant cannot walk it.
+    """
+
+    number: int
+    side: Side
+    support_foot: tuple[float, float]
+    yaw: float
+    samples: slice
+    start: float
+    end: float
+    adapted: bool
+    landing: tuple[float, float] | None
+    planned_duration: float | None
+    gait: NominalGait | None
+
+    @property
+    def nominal_landing(self) -> tuple[float, float] | None:
+        """Where the nominal gait would have landed (x, y) [m]."""
+        if self.gait is None:
+            return None
+        step = self.gait.step(self.side)
+        return self.support_foot[0] + step[0], self.support_foot[1] + step[1]
+
+    @property
+    def moved_from(self) -> tuple[float, float] | None:
+        """The nominal landing, if the step was decided online and landed elsewhere (x, y) [m]."""
+        nominal = self.nominal_landing
+        if not self.adapted or self.landing is None or nominal is None:
+            return None
+        return nominal if math.dist(nominal, self.landing) > NOTICEABLE else None
+
+
+def stances(rollout: Rollout) -> list[Stance]:
+    """The finished steps and the one under way when the run ended, in order."""
+    side, time = rollout.support_side, rollout.time
+    cuts = [0, *(np.flatnonzero(side[1:] != side[:-1]) + 1).tolist(), len(time)]
+    parts = []
+    for index, (first, last) in enumerate(pairwise(cuts)):
+        finished = last < len(time)
+        foot = rollout.support_foot
+        parts.append(
+            Stance(
+                number=index + 1,
+                side=Side(int(side[first])),
+                support_foot=pair(foot[first]),
+                yaw=float(rollout.observations["support_yaw"][first]),
+                samples=slice(first, last),
+                start=float(time[first]),
+                end=float(time[last] if finished else time[-1]),
+                adapted=bool(rollout.adapting[first:last].any()),
+                landing=pair(foot[last]) if finished else None,
+                planned_duration=_planned_duration(rollout, first),
+                gait=gait_at(rollout, float(time[last - 1])),
+            )
+        )
+    return parts
+
+
+def gait_at(rollout: Rollout, time: float) -> NominalGait | None:
+    """The nominal gait for the velocity commanded at a time [s].
+
+    None if the plant cannot walk it, because the controller believes in another robot.
+    """
+    commanded = [velocity for start, velocity in rollout.velocities if start <= time]
+    velocity = commanded[-1] if commanded else rollout.velocities[0][1]
+    try:
+        return nominal_gait(rollout.robot, velocity, _fixed_duration(rollout))
+    except SurefootError:
+        return None
+
+
+def _fixed_duration(rollout: Rollout) -> float | None:
+    """T_nom if the controller was told one, else None [s].
+
+    A rollout does not say so, but its first cycle is on the nominal gait and has its duration.
+    """
+    planned = _planned_duration(rollout, 0)
+    chosen = nominal_gait(rollout.robot, rollout.velocities[0][1]).step_duration
+    return planned if planned is not None and abs(planned - chosen) > 1e-3 else None
+
+
+def _planned_duration(rollout: Rollout, first: int) -> float | None:
+    """What the plan says of a step in its first cycle, unless it is adapted there already [s]."""
+    command = rollout.commands[first]
+    return float(command["step_duration"]) if command["mode"] == Mode.TRACKING else None
+
+
+def broken(values: NDArray[np.float64], parts: list[Stance]) -> NDArray[np.float64]:
+    """Samples with a row of NaN before every touchdown, so that no line is drawn across it.
+
+    Args:
+        values: one row for each cycle, shape (n,) or (n, m).
+        parts: the stances of the whole run.
+
+    Returns:
+        Shape (n + touchdowns, ...).
+    """
+    return np.insert(values, [part.samples.start for part in parts[1:]], np.nan, axis=0)
+
+
+def support_bounds(
+    rollout: Rollout,
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """The extent of the ground that carries: one sole, or both and what lies between them.
+
+    Returns:
+        Least and largest x and y, each of shape (n, 2) [m].
+    """
+    foot, seen = rollout.support_foot, rollout.observations
+    shared = (rollout.commands["double_support"] != 0)[:, None]
+    reach = sole_reach(rollout.robot.foot, seen["support_yaw"])
+    other_reach = sole_reach(rollout.robot.foot, seen["swing_yaw"])
+    other = rollout.swing_foot[:, :2]
+    low, high = foot - reach, foot + reach
+    return (
+        np.where(shared, np.minimum(low, other - other_reach), low),
+        np.where(shared, np.maximum(high, other + other_reach), high),
+    )
+
+
+def sole_reach(foot: Foot, yaw: float | NDArray[np.float64]) -> NDArray[np.float64]:
+    """How far a sole reaches from its centre along the axes of the world (x, y) [m].
+
+    Args:
+        foot: the sole.
+        yaw: its heading, of any shape [rad].
+
+    Returns:
+        Shape (..., 2).
+    """
+    (half_x, half_y), cos, sin = foot.half, np.abs(np.cos(yaw)), np.abs(np.sin(yaw))
+    return np.stack([cos * half_x + sin * half_y, sin * half_x + cos * half_y], axis=-1)
+
+
+def zmp_outside(rollout: Rollout) -> NDArray[np.bool_]:
+    """Where the ZMP is outside the soles on the ground, by axis, shape (n, 2).
+
+    Between two soles it can be outside though each coordinate is within bounds: then both count.
+    """
+    outside = rollout.zmp_excess > 0.0
+    low, high = support_bounds(rollout)
+    beyond = outside[:, None] & ((rollout.zmp < low) | (rollout.zmp > high))
+    return beyond | (outside & ~beyond.any(axis=1))[:, None]
+
+
+def acting_pushes(rollout: Rollout) -> list[Push]:
+    """The pushes that act on the robot during the run, in the order in which they begin."""
+    first, last = rollout.time[0], rollout.time[-1]
+    acting = [push for push in rollout.pushes if push.start < last and push.end > first]
+    return sorted(acting, key=lambda push: push.start)
+
+
+def push_samples(rollout: Rollout, push: Push) -> slice:
+    """The cycles during which a push acts, with the one in which it begins."""
+    first = max(int(np.searchsorted(rollout.time, push.start, side="right")) - 1, 0)
+    return slice(first, int(np.searchsorted(rollout.time, push.end, side="right")))
+
+
+def push_opacity(rollout: Rollout, push: Push) -> float:
+    """How strongly to colour a push: a small or lasting one must not drown the others."""
+    forces = [np.hypot(*other.force) for other in acting_pushes(rollout)]
+    lasting = push.duration > 0.5 * (rollout.time[-1] - rollout.time[0])
+    strength = float(np.hypot(*push.force)) / max(*forces, 1e-9)
+    return 0.16 if lasting else 0.16 + 0.26 * strength

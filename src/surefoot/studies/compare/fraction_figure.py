@@ -1,0 +1,199 @@
+"""How much of the limit each method reaches, and what a decision costs."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+from matplotlib import style
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
+
+from surefoot.checks import check_writable
+from surefoot.show import palette
+from surefoot.show.method_marks import mark
+from surefoot.show.picture_file import marker_path, write_picture
+from surefoot.studies.compare.compare_words import speed_words, time_words
+from surefoot.studies.compare.comparison import Comparison
+from surefoot.studies.engine.push_map import FORMATS
+
+_WIDTH, _LABELS, _ROW, _HEAD, _FOOT, _GAP = 11.0, 2.6, 0.34, 0.82, 0.95, 0.2
+_TIME_SHARE = 1.7
+"""How much wider the plot of times is than one of fractions."""
+
+
+def draw_fractions(measured: Comparison, path: Path) -> None:
+    """Draw the shares of the limit and the decision times into a file.
+
+    Args:
+        measured: the comparison.
+        path: file to write; its ending names the format (.png, .pdf, .svg).
+
+    Raises:
+        FileError: another ending, or the file cannot be written.
+    """
+    path = Path(path)
+    check_writable(path, FORMATS)
+    with style.context(["default", palette.STYLE]):
+        figure = fraction_figure(measured)
+    write_picture(figure, path, figure.get_suptitle())
+
+
+def fraction_figure(measured: Comparison) -> Figure:
+    """Mean and worst share of the limit for every leg speed; decision times beside.
+
+    Args:
+        measured: the comparison.
+
+    Returns:
+        A figure of its own, not known to pyplot.
+    """
+    speeds = measured.leg_speeds
+    height = _HEAD + _ROW * len(measured.methods) + _FOOT
+    figure = Figure(figsize=(_WIDTH, height), facecolor="white")
+    room = _WIDTH - _LABELS - 0.2 - _GAP * len(speeds)
+    unit = room / (len(speeds) + _TIME_SHARE)
+    left = _LABELS
+    for index, leg_speed in enumerate([*speeds, math.nan]):
+        width = unit * (_TIME_SHARE if math.isnan(leg_speed) else 1.0)
+        box = (left / _WIDTH, _FOOT / height, width / _WIDTH, 1.0 - (_HEAD + _FOOT) / height)
+        ax = figure.add_axes(box)
+        _rows(ax, measured, named=index == 0)
+        if math.isnan(leg_speed):
+            _draw_times(ax, measured)
+        else:
+            _draw_fractions(ax, measured, leg_speed)
+        left += width + _GAP
+    robot = measured.provenance.get("robot", "")
+    figure.suptitle(
+        "  ·  ".join(part for part in (robot, "share of the limit, and the price") if part),
+        x=0.25 / _WIDTH, y=1.0 - 0.14 / height, ha="left", va="top", fontsize=12.0,
+        fontweight="bold",
+    )  # fmt: skip
+    _explain(figure, measured)
+    return figure
+
+
+def _rows(ax: Axes, measured: Comparison, *, named: bool) -> None:
+    count = len(measured.methods)
+    ax.set_ylim(count - 0.5, -0.5)
+    ax.set_yticks(range(count))
+    ax.tick_params(axis="y", length=0.0, labelleft=named)
+    ax.set_yticklabels([method.label for method in measured.methods], fontsize=8.5)
+    ax.spines["left"].set_visible(False)
+    ax.set_axisbelow(True)
+    for row in range(0, count, 2):
+        ax.axhspan(row - 0.5, row + 0.5, color="#f4f6f7", linewidth=0.0, zorder=0.0)
+    ax.grid(axis="x", color="#dedede", linewidth=0.5)
+
+
+def _draw_fractions(ax: Axes, measured: Comparison, leg_speed: float) -> None:
+    ax.set_title(
+        speed_words(leg_speed).replace("leg speed", "leg").replace("unlimited leg", "any speed"),
+        fontsize=9.0, fontweight="bold",
+    )  # fmt: skip
+    ax.set_xlim(0.0, 104.0)
+    ax.set_xticks([0, 50, 100])
+    ax.set_xticks([25, 75], minor=True)
+    ax.set_xticklabels(["0", "50", "100"])
+    ax.set_xlabel("% of the limit", fontsize=8.0)
+    ax.axvline(100.0, color="#222222", linewidth=1.2, zorder=1.0)
+    cells = measured.select(leg_speed=leg_speed)
+    for row, method in enumerate(measured.methods):
+        score, how = measured.score(method, cells), mark(row)
+        if not score.cells:
+            ax.text(
+                50.0, row, "not measured", ha="center", va="center", fontsize=7.0,
+                color=palette.QUIET, gid=f"absent-{method.key}-{leg_speed:g}",
+            )  # fmt: skip
+            continue
+        mean, worst = 100.0 * score.mean, 100.0 * score.worst
+        ax.plot(
+            [worst, mean], [row, row], color=how.colour, linewidth=2.2, zorder=2.0,
+            linestyle="solid" if score.complete else palette.DOTS, solid_capstyle="butt",
+        )  # fmt: skip
+        ax.plot(
+            worst, row, marker="|", color=how.colour, markersize=9.0, markeredgewidth=1.8,
+            zorder=3.0, gid=f"worst-{method.key}-{leg_speed:g}",
+        )  # fmt: skip
+        ax.plot(
+            mean, row, marker=marker_path(how), color=how.colour,
+            markersize=7.5, zorder=3.0, gid=f"mean-{method.key}-{leg_speed:g}",
+            markerfacecolor=how.colour if score.complete else "white", clip_on=False,
+        )  # fmt: skip
+        if not score.complete:
+            ax.text(
+                min(mean + 7.0, 90.0) if mean < 75.0 else worst - 7.0, row,
+                f"{score.cells} of {score.possible}", fontsize=6.5, va="center",
+                ha="left" if mean < 75.0 else "right", color=palette.QUIET,
+                gid=f"partial-{method.key}-{leg_speed:g}",
+            )  # fmt: skip
+
+
+def _draw_times(ax: Axes, measured: Comparison) -> None:
+    ax.set_title("time per control cycle", fontsize=9.0, fontweight="bold")
+    times = [
+        value
+        for method in measured.methods
+        for value in (method.decision_p50, method.decision_p99_9, method.period)
+        if math.isfinite(value) and value > 0.0
+    ]
+    ax.set_xscale("log")
+    if times:
+        ax.set_xlim(
+            10.0 ** math.floor(math.log10(min(times)) - 0.1),
+            10.0 ** math.ceil(math.log10(max(times)) + 0.1),
+        )
+    ax.xaxis.set_major_locator(LogLocator(base=10.0, numticks=12))
+    ax.xaxis.set_minor_locator(NullLocator())
+    ax.xaxis.set_major_formatter(FuncFormatter(lambda value, _: _decade(value)))
+    for row, method in enumerate(measured.methods):
+        how, p50, tail = mark(row), method.decision_p50, method.decision_p99_9
+        ax.plot([method.period] * 2, [row - 0.5, row + 0.5], color="#222222", linewidth=1.2)
+        if math.isnan(p50):
+            ax.text(
+                0.4, row, "not measured", ha="center", va="center", fontsize=7.0,
+                color=palette.QUIET, transform=ax.get_yaxis_transform(),
+            )  # fmt: skip
+            continue
+        ax.plot([p50, tail], [row, row], color=how.colour, linewidth=2.2, zorder=2.0)
+        ax.plot(
+            p50, row, marker=marker_path(how), color=how.colour,
+            markersize=7.5, zorder=3.0, gid=f"p50-{method.key}",
+        )  # fmt: skip
+        ax.plot(
+            tail, row, marker="|", color=how.colour, markersize=9.0, markeredgewidth=1.8,
+            zorder=3.0, gid=f"p99.9-{method.key}",
+        )  # fmt: skip
+
+
+def _decade(value: float) -> str:
+    """The name of 1 ns, 1 µs, 1 ms, 1 s; the decades between have none."""
+    exponent = round(math.log10(value))
+    return time_words(10.0**exponent * (1.0 + 1e-9)) if exponent % 3 == 0 else ""
+
+
+def _explain(figure: Figure, measured: Comparison) -> None:
+    quiet = palette.QUIET
+    shape = {"color": quiet, "markersize": 7.0, "linestyle": "none"}
+    handles = [
+        Line2D([], [], marker="o", label="mean share of the limit; median time", **shape),
+        Line2D([], [], marker="|", markeredgewidth=1.8, label="worst cell; p99.9", **shape),
+        Line2D([], [], color="#222222", linewidth=1.2, label="the limit; the control period"),
+    ]
+    whole = any(
+        not measured.score(method, measured.select(leg_speed=speed)).complete
+        for method in measured.methods
+        for speed in measured.leg_speeds
+    )
+    if whole:
+        handles.append(
+            Line2D([], [], marker="o", markerfacecolor="white",
+                   label="measured on fewer cells: means do not compare directly", **shape)
+        )  # fmt: skip
+    figure.legend(
+        handles=handles, loc="lower center", ncols=len(handles), frameon=False,
+        columnspacing=1.6, bbox_to_anchor=(0.5, 0.12 / figure.get_figheight()),
+    )  # fmt: skip

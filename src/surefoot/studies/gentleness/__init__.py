@@ -1,0 +1,1 @@
+"""How gently small pushes are answered."""

@@ -1,0 +1,1 @@
+"""What one controller survives, in every direction and phase of a step."""

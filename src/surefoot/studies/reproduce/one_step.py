@@ -1,0 +1,213 @@
+"""How large a push one step can absorb, under every set of assumptions the paper leaves open.
+
+The paper states 70.56 N s along x and 58.8 N s along y "in one step" and does not say how fast the
+leg may move, whether the foot may land while the push still acts, which weights and bounds the DCM
+offset has, nor which hip (Table 2 prints 0.01 m). Here they are all tried, none is chosen.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from surefoot.control.hybrid import HybridController
+from surefoot.dcm.pushes import Push
+from surefoot.dcm.step_problem import OFFSET_PENALTY, OFFSET_WEIGHT
+from surefoot.robot.feet import Side
+from surefoot.robot.robot import Robot
+from surefoot.worlds.point.landings import pushed_landings
+
+VELOCITY = (0.5, 0.0)
+"""Of the walk that is pushed [m/s]."""
+
+PUSH_DELAY, PUSH_DURATION = 0.1, 0.2
+"""From the touchdown to the push, and its length [s]: the paper's push in the third step."""
+
+PAPER_X, PAPER_Y = 70.56, 58.8
+"""What the paper reports for one step, along x and along y [N s]."""
+
+NOMINAL = 1e-3
+"""An offset that is no further than this from d_nom, in x and in y, is nominal again [m]."""
+
+IMPULSE_STEP = 0.98
+"""Between neighbouring impulses of a scan; the paper's own are multiples of it [N s]."""
+
+LARGEST_IMPULSE = 117.6
+"""Where a scan ends [N s]."""
+
+LEG_SPEEDS = (math.inf, 9.0, 8.0, 6.0, 4.0, 3.0)
+"""Largest speeds of the swing foot; a search, since the paper names none [m/s]."""
+
+HIPS = (0.2, 0.01)
+OFFSET_WEIGHTS = (OFFSET_WEIGHT, (1e3, 1e3), (2e4, 2e4))
+PENALTIES = (OFFSET_PENALTY, 0.0)
+DIRECTIONS = ((1.0, 0.0), (0.0, 1.0), (0.0, -1.0))
+
+
+@dataclass(frozen=True)
+class OneStepLimit:
+    """One set of assumptions and the largest impulse that one step absorbs under it.
+
+    Attributes:
+        direction: of the push (x, y).
+        leg_speed: largest speed of the swing foot [m/s].
+        hip: lateral distance of the sole centres [m].
+        offset_weight: (a4, a5) [1/m^2].
+        offset_penalty: on a violation of the offset bounds; 0 for no bounds [1/m^2].
+        lands_during_push: whether a step may end while the push still acts.
+        nominal: what counts as absorbed: d nominal again within `NOMINAL`, or else |d| inside the
+            printed bounds, as a program with hard bounds needs.
+        impulse: the largest of the scan up to which every adapted step absorbs its push; 0 if
+            none does, inf if all do [N s].
+    """
+
+    direction: tuple[float, float]
+    leg_speed: float
+    hip: float
+    offset_weight: tuple[float, float]
+    offset_penalty: float
+    lands_during_push: bool
+    nominal: bool
+    impulse: float
+
+    @property
+    def assumptions(self) -> str:
+        """All but direction and impulse, in words."""
+        return ", ".join(
+            (
+                "leg unlimited" if math.isinf(self.leg_speed) else f"leg {self.leg_speed:g} m/s",
+                f"hip {self.hip:g} m",
+                f"weights ({self.offset_weight[0]:g}, {self.offset_weight[1]:g})",
+                "soft bounds on d" if self.offset_penalty > 0.0 else "no bounds on d",
+                f"landing during the push {'allowed' if self.lands_during_push else 'excluded'}",
+                "d within 1 mm of d_nom" if self.nominal else "|d| within its bounds",
+            )
+        )
+
+
+def one_step_limits(robot: Robot) -> list[OneStepLimit]:
+    """The whole table: every direction under every set of assumptions.
+
+    Args:
+        robot: mass, height, limits and foot; hip and leg speed are varied.
+    """
+    rows = []
+    for hip, speed, weight, penalty, direction in itertools.product(
+        HIPS, LEG_SPEEDS, OFFSET_WEIGHTS, PENALTIES, DIRECTIONS
+    ):
+        controller = _controller(robot, hip, speed, weight, penalty)
+        landings = pushed_landings(controller, _scan(direction))
+        for lands_during_push, nominal in itertools.product((True, False), (True, False)):
+            absorbed = _absorbed(controller, landings, nominal)
+            if not lands_during_push:
+                absorbed &= landings["time"] >= PUSH_DELAY + PUSH_DURATION - 1e-9
+            rows.append(
+                OneStepLimit(
+                    direction, speed, hip, weight, penalty, lands_during_push, nominal,
+                    _largest(absorbed, landings["adapted"]),
+                )
+            )  # fmt: skip
+    return rows
+
+
+def nearest_limits(
+    rows: Sequence[OneStepLimit], target: float, *, along_x: bool
+) -> list[OneStepLimit]:
+    """The rows that come closest to an impulse [N s], all of them if several are equally close."""
+    chosen = [row for row in rows if (row.direction[0] != 0.0) == along_x]
+    closest = min(abs(row.impulse - target) for row in chosen)
+    return [row for row in chosen if abs(row.impulse - target) <= closest + 1e-9]
+
+
+def limits_by_assumptions(
+    rows: Sequence[OneStepLimit],
+) -> list[tuple[str, tuple[float, float, float]]]:
+    """The same table with one row for each set of assumptions.
+
+    Returns:
+        Assumptions in words with the impulses towards +x, +y and -y [N s]; the set that comes
+        nearest to both of the paper's limits at once is the first.
+    """
+    sets: dict[str, dict[tuple[float, float], float]] = {}
+    for row in rows:
+        sets.setdefault(row.assumptions, {})[row.direction] = row.impulse
+
+    def miss(impulses: tuple[float, float, float]) -> float:
+        sideways = min(abs(impulse - PAPER_Y) for impulse in impulses[1:])
+        return abs(impulses[0] - PAPER_X) / PAPER_X + sideways / PAPER_Y
+
+    x, y, minus_y = DIRECTIONS
+    table = [(words, (limit[x], limit[y], limit[minus_y])) for words, limit in sets.items()]
+    return sorted(table, key=lambda entry: miss(entry[1]))
+
+
+def limits_table(
+    rows: Sequence[OneStepLimit],
+) -> tuple[str, str, tuple[str, ...], list[tuple[str, ...]]]:
+    """The table of assumptions in words: title, note, columns and rows."""
+    return (
+        "One-step limits under every set of assumptions",
+        f"The largest impulse that one step absorbs, scanned upwards by {IMPULSE_STEP:g} N s to "
+        f"{LARGEST_IMPULSE:g} N s from the smallest that is answered by a step. The paper reports "
+        f"{PAPER_X:g} N s along x and {PAPER_Y:g} N s along y; the set nearest to both is first. "
+        "A step that lands during the push is only counted as a failure where that is excluded, "
+        "the controller is not told.",
+        ("assumptions", "+x [N s]", "+y [N s]", "-y [N s]"),
+        [
+            (words, *(_impulse_words(impulse) for impulse in impulses))
+            for words, impulses in limits_by_assumptions(rows)
+        ],
+    )
+
+
+def _impulse_words(impulse: float) -> str:
+    return f"over {LARGEST_IMPULSE:g}" if math.isinf(impulse) else f"{impulse:.2f}"
+
+
+@cache
+def _scan(direction: tuple[float, float]) -> tuple[Push, ...]:
+    count = math.floor(LARGEST_IMPULSE / IMPULSE_STEP) + 1
+    forces = IMPULSE_STEP * np.arange(count) / PUSH_DURATION
+    return tuple(
+        Push(PUSH_DELAY, PUSH_DURATION, (direction[0] * force, direction[1] * force))
+        for force in forces.tolist()
+    )
+
+
+def _controller(
+    robot: Robot, hip: float, speed: float, weight: tuple[float, float], penalty: float
+) -> HybridController:
+    varied = robot.replace(hip=hip).with_leg(max_speed=speed)
+    return HybridController(
+        varied, VELOCITY, tau_weight=1.0, offset_weight=weight, offset_penalty=penalty
+    )
+
+
+def _largest(absorbed: NDArray[np.bool_], adapted: NDArray[np.bool_]) -> float:
+    """The last impulse before the first failure [N s].
+
+    A push too small to re-plan the step is left to tracking, which needs more than the rest of
+    the step to bring d back: that is no failure of stepping.
+    """
+    failed = np.flatnonzero(adapted & ~absorbed)
+    if not len(failed):
+        return math.inf
+    passed = np.flatnonzero((adapted & absorbed)[: failed[0]])
+    return float(passed[-1] * IMPULSE_STEP) if len(passed) else 0.0
+
+
+def _absorbed(
+    controller: HybridController, landings: NDArray[np.void], nominal: bool
+) -> NDArray[np.bool_]:
+    d_nom = np.array(controller.gait.dcm_offset(Side.RIGHT))
+    offset = landings["offset"]
+    if nominal:
+        return np.asarray((np.abs(offset - d_nom) <= NOMINAL).all(axis=1))
+    bound = np.maximum(controller.robot.gait.dcm_offset, np.abs(d_nom))
+    return np.asarray((np.abs(offset) <= bound + NOMINAL).all(axis=1))

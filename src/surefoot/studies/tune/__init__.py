@@ -1,0 +1,1 @@
+"""Weights and gains for a robot, by push survival and gentleness."""

@@ -1,0 +1,145 @@
+"""`surefoot tune`: weights and gains for a robot, by push survival and gentleness."""
+
+from __future__ import annotations
+
+import math
+import shlex
+from pathlib import Path
+from typing import Any
+
+import click
+
+from surefoot.options import (
+    check_plotting,
+    compiling_notice,
+    given,
+    json_option,
+    print_json,
+    progress_bar,
+    robot_option,
+)
+from surefoot.studies.engine.study_end import stopped_by_ctrl_c
+
+USUAL_LEG_SPEED = 3.0
+"""Of a robot whose file names no limit [m/s]."""
+
+QUICK_PHASES, QUICK_STEP = 1, 0.1
+"""Of a quick search: phases, and the step of the scan as a share of the smallest limit."""
+
+PREFERENCES = ("survival", "gentleness", "balance")
+"""The keys of `studies.tune.tune_choice`, here too so that `--help` need not load them; a test
+compares."""
+
+
+@click.command()
+@robot_option
+@click.option(
+    "--controller", default="unified", show_default=True, metavar="METHOD",
+    help="What is tuned: unified, hybrid, step-timing, tracking or tracking-stiff.",
+)  # fmt: skip
+@click.option(
+    "--velocity", nargs=2, type=float, default=(0.5, 0.0), show_default="0.5 0", metavar="VX VY",
+    help="Of the walk that is pushed [m/s].",
+)  # fmt: skip
+@click.option(
+    "--leg-speed", type=float, metavar="M/S",
+    help="Speed limit of the swing foot; the robot's own if left out, or 3 if it has none.",
+)  # fmt: skip
+@click.option(
+    "--trials", type=int, default=100, show_default=True, metavar="N",
+    help="How many are tried, with those that are there already.",
+)  # fmt: skip
+@click.option("--seed", type=int, default=0, show_default=True, metavar="N", help="Of the search.")
+@click.option(
+    "--knob", "knobs", multiple=True, metavar="NAME[=LOW:HIGH]",
+    help="Search this one, within this range; may be repeated. All usual ones if left out.",
+)  # fmt: skip
+@click.option(
+    "--prefer", type=click.Choice(PREFERENCES), default="survival", show_default=True,
+    help="What to take of what is no worse than the default.",
+)  # fmt: skip
+@click.option("--directions", type=int, default=4, show_default=True, help="Evenly around.")
+@click.option("--phases", type=int, default=2, show_default=True, help="Evenly over a step.")
+@click.option(
+    "--step", type=float, default=0.02, show_default=True, metavar="SHARE",
+    help="Of the scan over the impulse, as a share of the smallest limit.",
+)  # fmt: skip
+@click.option(
+    "--quick", is_flag=True,
+    help=f"{QUICK_PHASES} phase and a step of {QUICK_STEP:g}, unless they are given.",
+)  # fmt: skip
+@click.option("--workers", type=int, metavar="N", help="Threads; all cores if left out.")
+@click.option(
+    "--out", type=click.Path(path_type=Path), default=Path("tune"), show_default=True,
+    metavar="DIR", help="Folder for settings, report, picture and every trial.",
+)  # fmt: skip
+@json_option
+def tune(
+    robot: str, controller: str, velocity: tuple[float, float], leg_speed: float | None,
+    trials: int, seed: int, knobs: tuple[str, ...], prefer: str, directions: int, phases: int,
+    step: float, quick: bool, workers: int | None, out: Path, as_json: bool,
+) -> None:  # fmt: skip
+    """Find weights and gains for a robot by the pushes that it survives and by gentleness.
+
+    DIR/tuned.toml holds what is not as by default, for `surefoot walk --settings DIR/tuned.toml`;
+    DIR/tune.md says what changed and why, and whether it holds on pushes that the search did not
+    see; DIR/tune.png shows every trial. What is taken is never worse than the default. A search
+    that was stopped goes on when the same command is given again, as if it had not been.
+
+    Example: surefoot tune --controller hybrid --trials 60
+    """
+    check_plotting()
+    from surefoot.checks import optional_module
+    from surefoot.robot.robot import load_robot
+    from surefoot.studies.tune.tune_question import Question
+
+    optional_module("optuna", "tuning", "tune")
+    body = load_robot(robot)
+    if leg_speed is None and math.isinf(body.swing.max_speed):
+        leg_speed = USUAL_LEG_SPEED
+    body = body.with_leg(max_speed=leg_speed)
+    with compiling_notice():
+        question = Question(
+            body, velocity, controller, knobs, directions,
+            QUICK_PHASES if quick and not given("phases") else phases,
+            QUICK_STEP if quick and not given("step") else step,
+            seed,
+        )  # fmt: skip
+    walk = f"surefoot walk --robot {shlex.quote(robot)} --velocity {velocity[0]:g} {velocity[1]:g}"
+    if leg_speed is not None:
+        walk += f" --leg-speed {leg_speed:g}"
+    _tune(question, out, trials, prefer, workers, walk, as_json)
+
+
+def _tune(
+    question: Any, out: Path, trials: int, prefer: str, workers: int | None, walk: str,
+    as_json: bool,
+) -> None:  # fmt: skip
+    from surefoot.studies.tune.tune import tune as search
+
+    with stopped_by_ctrl_c(out), progress_bar("tuning") as report:
+        tuned = search(question, out, trials, prefer=prefer, workers=workers, report=report)
+    _show(tuned, out, walk, as_json)
+
+
+def _show(tuned: Any, out: Path, walk: str, as_json: bool) -> None:
+    from rich.console import Console
+
+    from surefoot.control.settings import settings_text
+    from surefoot.studies.tune.tune_report import (
+        SETTINGS,
+        print_tuning,
+        settings_notes,
+        write_tuning,
+    )
+
+    numbers = tuned.as_numbers()
+    command = f"{walk} --settings {shlex.quote(str(out / SETTINGS))}"
+    settings = settings_text(tuned.settings, settings_notes(numbers, command))
+    files = write_tuning(numbers, settings, out, command)
+    if as_json:
+        print_json(numbers)
+        return
+    print_tuning(numbers, Console())
+    click.echo(f"\nreport: {files[0]}, picture: {files[1]}, settings: {files[2]}")
+    click.echo(f"walk with it: {command}")

@@ -1,0 +1,1 @@
+"""WHAT MOVES: a point mass on two feet, and a body in physics."""

@@ -1,0 +1,1 @@
+"""A body in physics: its plant, its sensors, its estimator, and what walks it."""

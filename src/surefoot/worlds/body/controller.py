@@ -1,0 +1,400 @@
+"""Any controller of the point mass, walking a body: standing, first step, steps, and a stand again.
+
+Each cycle: the state of the mechanism, what the controller is told of it, its command, a reference
+for the body, and the motors. Steps end when the foot meets the ground, early, in time or late.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from types import MappingProxyType
+
+import numpy as np
+from numpy.typing import NDArray
+
+from surefoot.checks import check_number
+from surefoot.dcm.frame_turn import rotated
+from surefoot.errors import VelocityError
+from surefoot.interface import COMMAND, OBSERVATION, Command, Controller, Observation
+from surefoot.record import copy_array, new_array
+from surefoot.robot.feet import Side
+from surefoot.robot.legs import find_legs
+from surefoot.robot.multibody import Multibody
+from surefoot.robot.own_units import OwnUnits
+from surefoot.worlds.body.body_reference import BODY_REFERENCE
+from surefoot.worlds.body.course import Course, Hold, Pull, Steering
+from surefoot.worlds.body.joint_command import JointCommand
+from surefoot.worlds.body.mapping import Mapping
+from surefoot.worlds.body.mechanics import Mechanics
+from surefoot.worlds.body.step import (
+    BODY_LIMITS,
+    BODY_WALK,
+    DOWN,
+    LEAST_FLIGHT,
+    LEAST_RISE,
+    SHIFT,
+    SOON_DOWN,
+    STAND,
+    WALK,
+    BodyKernels,
+    body_kernels,
+)
+
+STAND_GAIN = 1.0
+"""How far beyond the DCM the ZMP goes, per distance from the middle of the feet [-]."""
+
+MOST_BRAKING = 4.08
+"""Of a foot that comes near to its fellow, in g: its leg may have no limit."""
+
+TOUCH_FORCE = 0.03
+"""Part of the weight from which on a force may be that of a landing."""
+
+_OWN = MappingProxyType(
+    {
+        "settle_time": ("s", 1.05),
+        "shift_time": ("s", 2.1),
+        "place_rate": ("1/s", 0.143),
+        "most_correction": ("m/s", 0.0535),
+        "most_change": ("m/s^2", 0.00306),
+        "furthest": ("m", 0.375),
+        "most_drop": ("m", 0.15),
+        "height_stiffness": ("1/s^2", 3.26),
+        "most_lift": ("m/s^2", 0.816),
+        "sink": ("m/s", 0.178),
+    }
+)
+"""Units of the parameters that follow from the robot, and their defaults in `OwnUnits`."""
+
+FIRST_STEPS = 2
+"""Steps in place before the commanded velocity, and before a stand."""
+
+CORRECTED = (1.0, 0.5, 0.25, 0.0)
+"""Parts of a correction that are tried, until one can be walked."""
+
+
+@dataclass(frozen=True)
+class BodyState:
+    """What evolves: a value, but for the mechanics' workspace, which only holds the present.
+
+    Attributes:
+        walk: a `BODY_WALK` record, shape (1,).
+        controller: at the velocity that it is told now.
+        memory: the controller's own state.
+        observation, command: of the last cycle.
+        course: where the robot should be.
+        pull: what is added to the velocity to take it there.
+        slow_steps: how many in a row, up to now, were to stay on the spot.
+    """
+
+    walk: NDArray[np.void]
+    controller: Controller
+    memory: NDArray[np.void] | None
+    observation: Observation
+    command: Command
+    course: Course
+    pull: Pull
+    slow_steps: int = 0
+
+
+@dataclass(frozen=True)
+class BodyControl:
+    """Walks a body with a controller of the point mass.
+
+    What is None follows from the robot, see `OwnUnits`.
+
+    Args:
+        controller: of a robot as `walking_robot` makes it from the multibody's; any method.
+        multibody: the mechanism as the control believes it to be.
+        mapping: from reference to motors.
+        first_support: the foot that carries in the first step.
+        settle_time: standing before the first step; 1.05 / omega [s].
+        shift_time: in which the DCM is moved to where that begins; 2.1 / omega [s].
+        place_rate: rate at which an error of place is removed; 0 holds no place; 0.143 omega [1/s].
+        most_correction: of the velocity, to either side; 0.0535 sqrt(g h) [m/s].
+        most_change: of that correction; 0 never corrects; 0.00306 g [m/s^2].
+        furthest: the course waits for a robot that is this far from it; 0.375 h [m].
+        knee_bend: least one of a leg, sets the CoM's height in long steps [rad].
+        most_drop: of the CoM; 0.15 h [m].
+        height_stiffness: of the CoM's height; 3.26 omega^2 [1/s^2].
+        most_lift: largest vertical acceleration; 0.816 g [m/s^2].
+        sink: speed of a foot that waits for the ground; 0.178 sqrt(g h) [m/s].
+    """
+
+    controller: Controller
+    multibody: Multibody
+    mapping: Mapping
+    first_support: Side = Side.RIGHT
+    settle_time: float | None = None
+    shift_time: float | None = None
+    place_rate: float | None = None
+    most_correction: float | None = None
+    most_change: float | None = None
+    furthest: float | None = None
+    knee_bend: float = 0.3
+    most_drop: float | None = None
+    height_stiffness: float | None = None
+    most_lift: float | None = None
+    sink: float | None = None
+    mechanics: Mechanics = field(init=False, repr=False, compare=False)
+    limits: NDArray[np.void] = field(init=False, repr=False, compare=False)
+    kernels: BodyKernels = field(init=False, repr=False, compare=False)
+    hold: Hold = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        check_number("knee_bend", self.knee_bend, 0.0, "rad")
+        own = OwnUnits.of(self.controller.robot).fill(self, _OWN)
+        for name in ("shift_time", "height_stiffness", "most_lift"):
+            check_number(name, own[name], 0.0, _OWN[name][0], above=True)
+        object.__setattr__(self, "mechanics", Mechanics(self.multibody))
+        object.__setattr__(self, "limits", self._limits(own))
+        object.__setattr__(self, "kernels", body_kernels())
+        hold = Hold(own["place_rate"], own["most_correction"], own["most_change"])
+        object.__setattr__(self, "hold", hold)
+
+    def _limits(self, own: dict[str, float]) -> NDArray[np.void]:
+        robot, multibody, gait = self.controller.robot, self.multibody, self.controller.gait
+        limits, legs = new_array(BODY_LIMITS), find_legs(multibody)
+        shortest = robot.gait.step_duration[0]
+        limits["omega"], limits["height"] = robot.omega, robot.com_height
+        limits["hip"], limits["mass"] = legs.hip, multibody.mass
+        limits["leg"] = legs.length(self.knee_bend)
+        limits["ankle"], limits["hip_over_com"] = legs.ankle, legs.over_com
+        limits["hip_ahead"] = legs.ahead_of_com
+        for name, value in (
+            ("settle_time", own["settle_time"]),
+            ("shift_time", own["shift_time"]),
+            ("furthest", own["furthest"]),
+            ("most_drop", own["most_drop"]),
+            ("stiffness", own["height_stiffness"]),
+            ("most_acceleration", own["most_lift"]),
+            ("sink", own["sink"]),
+            ("period", self.controller.period),
+            ("apex", robot.swing.height),
+            ("landing_velocity", robot.swing.landing_velocity),
+            ("step_duration", gait.step_duration),
+            ("apart", robot.hip + robot.gait.step_y[0]),
+            ("braking", min(robot.swing.max_acceleration, MOST_BRAKING * robot.gravity)),
+            ("touch_force", TOUCH_FORCE * multibody.mass * robot.gravity),
+            ("soon_down", SOON_DOWN * robot.swing.height),
+            ("down", DOWN * robot.swing.height),
+            ("least_rise", LEAST_RISE * shortest),
+            ("least_flight", LEAST_FLIGHT * shortest),
+        ):
+            limits[name] = value
+        return limits
+
+    @cached_property
+    def in_place(self) -> Controller:
+        """The controller for the first and the last steps."""
+        return self.controller.with_velocity((0.0, 0.0))
+
+    def start(self) -> BodyState:
+        """The state of a body that stands on both feet, in its nominal pose, at the origin."""
+        walk = new_array(BODY_WALK)
+        walk["phase"] = STAND
+        observation = self.in_place.first_observation(self.first_support)
+        return BodyState(
+            walk=walk,
+            controller=self.in_place,
+            memory=None,
+            observation=observation,
+            command=Command.of(new_array(COMMAND)),
+            course=Course((0.0, 0.0), 0.0, 0.0),
+            pull=Pull(),
+        )
+
+    def step(
+        self,
+        state: BodyState,
+        time: float,
+        position: NDArray[np.float64],
+        velocity: NDArray[np.float64],
+        forces: NDArray[np.float64],
+        steering: Steering,
+    ) -> tuple[JointCommand, BodyState]:
+        """One cycle; never raises.
+
+        Args:
+            state: of the last cycle.
+            time: now [s].
+            position, velocity: generalised, as estimated; shapes (nq,), (nv,).
+            forces: vertical, on left and right sole, shape (2,) [N].
+            steering: where to go.
+        """
+        self.mechanics.update(position, velocity)
+        walk, reference = copy_array(state.walk), new_array(BODY_REFERENCE)
+        walk["now"] = time
+        phase = int(walk["phase"][0])
+        if phase != WALK:
+            state = self._stand(replace(state, walk=walk), steering, reference)
+            phase = int(walk["phase"][0])
+        if phase == WALK:
+            state = self._walk(state, walk, forces, steering, reference)
+        return self.mapping.joints(self.mechanics, reference), state
+
+    def _stand(
+        self, state: BodyState, steering: Steering, reference: NDArray[np.void]
+    ) -> BodyState:
+        """Hold the DCM between the feet, or move it to where the first step begins."""
+        walk, mechanics, omega = state.walk, self.mechanics, self.limits["omega"][0]
+        dcm = mechanics.com[:2] + mechanics.com_velocity[:2] / omega
+        left, right = mechanics.sole_position[:, :2]
+        zmp = dcm + STAND_GAIN * (dcm - 0.5 * (left + right))
+        since = float(walk["now"][0] - walk["began"][0])
+        heading = walk["heading"] = self._heading()
+        if (
+            walk["phase"][0] == STAND
+            and not steering.standing
+            and since >= self.limits["settle_time"][0]
+        ):
+            walk["phase"], walk["began"], since = SHIFT, walk["now"], 0.0
+        if walk["phase"][0] == SHIFT:
+            rest = float(self.limits["shift_time"][0]) - since
+            if rest < 1e-9:
+                return self._first_step(state)
+            growth = math.exp(omega * rest)
+            begin = mechanics.sole_position[self._first, :2] + rotated(self._first_dcm, heading)
+            zmp = (begin - dcm * growth) / (1.0 - growth)
+        zmp = self._between_feet(zmp, heading)
+        self.kernels.stand(self.limits, walk, mechanics.motion, zmp, reference)
+        walk["swing_foot"] = mechanics.sole_position[1 - walk["support"][0]]
+        state.command.array["zmp"][0] = zmp
+        return state
+
+    @property
+    def _first(self) -> int:
+        """The foot that carries first, as a row of tables with a row for each foot."""
+        return 0 if self.first_support is Side.LEFT else 1
+
+    @cached_property
+    def _first_dcm(self) -> tuple[float, float]:
+        """Where the DCM is when the first step begins, from the foot that carries [m]."""
+        begin = self.in_place.first_observation(self.first_support)
+        x, y = begin.dcm - begin.support_foot
+        return float(x), float(y)
+
+    def _heading(self) -> float:
+        (left, right), yaws = self.mechanics.sole_axes, []
+        for axes in (left, right):
+            yaws.append(math.atan2(axes[1, 0], axes[0, 0]))
+        first, second = yaws
+        return math.atan2(
+            0.5 * (math.sin(first) + math.sin(second)), 0.5 * (math.cos(first) + math.cos(second))
+        )
+
+    def _between_feet(self, zmp: NDArray[np.float64], heading: float) -> NDArray[np.float64]:
+        """The nearest point on the line between the ankles, give or take half a sole."""
+        left, right = self.mechanics.sole_position[:, :2]
+        half = 0.8 * self.multibody.robot.foot.half[0]
+        forward = np.array(rotated((1.0, 0.0), heading))
+        across, away = left - right, zmp - right
+        part = min(max(float(away @ across) / float(across @ across), 0.05), 0.95)
+        ahead = float((away - part * across) @ forward)
+        return right + part * across + min(max(ahead, -half), half) * forward
+
+    def _first_step(self, state: BodyState) -> BodyState:
+        walk, mechanics = state.walk, self.mechanics
+        walk["phase"], walk["steps"] = WALK, 0
+        self.kernels.begin(walk, np.array([self._first]), mechanics.motion)
+        x, y = mechanics.sole_position[:, :2].mean(axis=0)
+        course = Course((float(x), float(y)), float(walk["heading"][0]), float(walk["now"][0]))
+        return replace(
+            state, controller=self.in_place, course=course, pull=Pull(), slow_steps=0, memory=None
+        )
+
+    def _walk(
+        self,
+        state: BodyState,
+        walk: NDArray[np.void],
+        forces: NDArray[np.float64],
+        steering: Steering,
+        reference: NDArray[np.void],
+    ) -> BodyState:
+        mechanics, kernels, limits = self.mechanics, self.kernels, self.limits
+        motion, command, memory = mechanics.motion, state.command, state.memory
+        observation = Observation.of(new_array(OBSERVATION))
+        kernels.look(limits, walk, motion, command.array, forces, observation.array)
+        if walk["landed"][0]:
+            state = replace(state, walk=walk)
+            if steering.standing and state.slow_steps >= FIRST_STEPS:
+                walk["phase"], walk["began"] = STAND, walk["now"]
+                return replace(self._stand(state, steering, reference), memory=None)
+            state = self._next_step(state, steering)
+            memory = state.memory
+            kernels.look(limits, walk, motion, command.array, forces, observation.array)
+        if memory is None:
+            memory = state.controller.start(observation)
+        command, memory = state.controller.step(memory, observation)
+        kernels.refer(limits, walk, motion, observation.array, command.array, reference)
+        return BodyState(
+            walk,
+            state.controller,
+            memory,
+            observation,
+            command,
+            state.course,
+            state.pull,
+            state.slow_steps,
+        )
+
+    def _next_step(self, state: BodyState, steering: Steering) -> BodyState:
+        """Touchdown: the feet change, and the controller is told a velocity anew."""
+        walk, mechanics, time = state.walk, self.mechanics, float(state.walk["now"][0])
+        self.kernels.begin(walk, 1 - walk["support"], mechanics.motion)
+        if steering.standing:
+            steering = Steering()
+        slow = steering.velocity == (0.0, 0.0) and steering.turning == 0.0
+        slow_steps = state.slow_steps + 1 if slow else 0
+        walking = walk["steps"][0] > FIRST_STEPS
+        if not walking:
+            steering = Steering()
+        x, y = mechanics.sole_position[:, :2].mean(axis=0)
+        place = (float(x), float(y))
+        course = state.course.moved(steering, time).waiting_for(
+            place, float(self.limits["furthest"][0])
+        )
+        turn = steering.turning * state.controller.gait.step_duration
+        memory = state.memory
+        heading = course.heading + turn
+        if heading != walk["heading"][0]:
+            # Its memory is of another frame; at a touchdown it holds little that is not seen anew.
+            walk["heading"], memory = heading, None
+        controller, pull = state.controller, state.pull
+        if walking:
+            elapsed = time - state.course.time
+            error = course.error(place, heading)
+            pull = self.hold.pull(pull, error, elapsed, steering.turning)
+            controller, pull = self._towards(controller, state.pull, pull, steering)
+        return replace(
+            state,
+            controller=controller,
+            course=course,
+            pull=pull,
+            memory=memory,
+            slow_steps=slow_steps,
+        )
+
+    @staticmethod
+    def _towards(
+        controller: Controller, before: Pull, pull: Pull, steering: Steering
+    ) -> tuple[Controller, Pull]:
+        """The controller for the velocity of the steering and what holds the place.
+
+        A velocity at the edge of what can be walked leaves less room to correct it, or none: then
+        nothing is learnt, and the next pull starts from what was told.
+        """
+        (x, y), (vx, vy) = pull.correction, steering.velocity
+        for part in CORRECTED:
+            wanted = (vx + part * x, vy + part * y)
+            if part < 1.0:
+                back = (part * x - before.drift[0], part * y - before.drift[1])
+                pull = Pull(before.drift, back)
+            if wanted == controller.gait.velocity:
+                return controller, pull
+            try:
+                return controller.with_velocity(wanted), pull
+            except VelocityError:
+                continue
+        return controller, pull

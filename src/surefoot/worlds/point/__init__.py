@@ -1,0 +1,1 @@
+"""The point mass: its plant, its sensors, and many of it at once."""
