@@ -59,14 +59,14 @@ WALKS = {
 """Of every method, with `surefoot walk`; the fifth, with noise, is made from Python."""
 
 OTHER_WALKS = {
-    "double-support": "--controller tracking --double-support 0.2 --unprojected "
+    "point/double-support": "--controller tracking --double-support 0.2 --unprojected "
     "--then 0.3,0.1@1.5 --push 40,0@0.5+0.8 --duration 4",
-    "footholds": "--footholds feet.csv --duration 4",
-}
-BODY_WALKS = {
-    "paper-biped-pushed": "--push 150,0@1.5+0.2 --duration 4",
-    "talos-turning": "--robot talos --truth --turning 0.3 --stand-at 2.5 --duration 4",
-    "g1-noisy": "--robot g1 --push 60,60@1.4+0.2 --delay 0.005 --bumps 0.01 --seed 3 --duration 4",
+    "point/footholds": "--footholds feet.csv --duration 4",
+    "body/paper-biped-pushed": "--simulator mujoco --push 150,0@1.5+0.2 --duration 4",
+    "body/talos-turning": "--simulator mujoco --robot talos --truth --turning 0.3 --stand-at 2.5 "
+    "--duration 4",
+    "body/g1-noisy": "--simulator mujoco --robot g1 --push 60,60@1.4+0.2 --delay 0.005 "
+    "--bumps 0.01 --seed 3 --duration 4",
 }
 
 STUDIES = {
@@ -90,7 +90,7 @@ STUDIES = {
     "robots": "robots",
     "robots-check": "robots check g1",
 }
-"""Those but `reproduce` and `robots check` run twice, for --json and for the printed table."""
+"""All but `reproduce` and `robots check` run twice: for --json and for the printed text."""
 
 FILES = {
     "feet.csv": "side,x,y,yaw,time\nright,0,-0.1,0,0\nleft,0.25,0.1,0,0.5\n"
@@ -135,7 +135,8 @@ def normalised(text: str) -> str:
     of them, rows `VOLATILE`, the version and spaces that only align columns.
     """
     if text.lstrip().startswith("{"):
-        return json.dumps(_kept(json.loads(text)), indent=1, sort_keys=True, ensure_ascii=False)
+        kept = json.loads(text, object_pairs_hook=_kept)
+        return json.dumps(kept, indent=1, sort_keys=True, ensure_ascii=False)
     text = re.sub(r"Surefoot \d+\.\d+\.\d+", "Surefoot VERSION", text)
     text = re.sub(r"[\d.]+ × real", "FACTOR × real", text)
     lines, timed = [], set[int]()
@@ -154,10 +155,8 @@ def normalised(text: str) -> str:
     return re.sub(r"[ \t]+", " ", re.sub(r"[─━-]{3,}", "---", "\n".join(lines)))
 
 
-def _kept(value: Any) -> Any:
-    if isinstance(value, dict):
-        return {key: _kept(one) for key, one in value.items() if key not in VOLATILE}
-    return [_kept(one) for one in value] if isinstance(value, list) else value
+def _kept(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    return {key: value for key, value in pairs if key not in VOLATILE}
 
 
 def leaves(name: str, value: Any) -> Iterator[tuple[str, Any]]:
@@ -319,9 +318,7 @@ def pieces() -> dict[str, Callable[[], Answer]]:
             named[f"point/{key}/{name}"] = partial(walk_of_command, f"--controller {key} {options}")
         named[f"point/{key}/noisy"] = partial(noisy_walk, key)
     for name, options in OTHER_WALKS.items():
-        named[f"point/{name}"] = partial(walk_of_command, options)
-    for name, options in BODY_WALKS.items():
-        named[f"body/{name}"] = partial(walk_of_command, f"--simulator mujoco {options}")
+        named[name] = partial(walk_of_command, options)
     named["decide/steps"] = step_problems
     named["decide/unified"] = unified_decisions
     for preset in sf.preset_names():
@@ -335,8 +332,7 @@ def pieces() -> dict[str, Callable[[], Answer]]:
 
 def collect(prefix: str) -> tuple[dict[str, str], dict[str, str]]:
     """Hashes of everything whose name starts with a prefix, and the texts among it."""
-    hashes: dict[str, str] = {}
-    texts: dict[str, str] = {}
+    hashes, texts = dict[str, str](), dict[str, str]()
     for piece, compute in pieces().items():
         if not (piece.startswith(prefix) or prefix.startswith(piece)):
             continue
@@ -403,12 +399,11 @@ def main() -> int:
     hashes, texts = collect(arguments.only)
     if arguments.check:
         return 0 if compare(before, hashes, texts) else 1
-    broken = [name for name in hashes if name.endswith(":error")]
-    for name in broken:
-        print(f"{name}\n{texts[name]}", file=sys.stderr)
+    broken = [f"{name}\n{texts[name]}" for name in hashes if name.endswith(":error")]
+    print(*broken, sep="\n", end="", file=sys.stderr)
     if not broken:
-        numbers = {"hashes": hashes, "texts": texts}
-        arguments.write.write_text(json.dumps(numbers, indent=0, ensure_ascii=False) + "\n")
+        text = json.dumps({"hashes": hashes, "texts": texts}, indent=0, ensure_ascii=False)
+        arguments.write.write_text(f"{text}\n")
     return 1 if broken else 0
 
 
