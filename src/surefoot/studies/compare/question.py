@@ -58,7 +58,7 @@ class Protocol:
     Args:
         robot: who is pushed; its leg speed is replaced by `leg_speeds`.
         velocity: commanded (v_x, v_y) [m/s].
-        methods: keys of `control.methods`.
+        methods: keys of `control.registry`.
         directions: how many, evenly around; 4 are forward, outward, back and inward.
         phases: how many, evenly over a step.
         leg_speeds: limits of the swing foot; inf for none [m/s].
