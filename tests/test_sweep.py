@@ -20,11 +20,12 @@ from click.testing import CliRunner
 import surefoot as sf
 from surefoot.cli import main
 from surefoot.studies.engine.workers import Cluster, Processes
-from surefoot.studies.sweep.sweep import run_sweep, sweep
-from surefoot.studies.sweep.sweep_cell import measure_cells
-from surefoot.studies.sweep.sweep_parameters import known_parameters, situation
-from surefoot.studies.sweep.sweep_sampling import sweep_cells
-from surefoot.studies.sweep.sweep_study import Study, load_study, parse_study
+from surefoot.studies.sweep import sweep
+from surefoot.studies.sweep.measure import measure_cells
+from surefoot.studies.sweep.parameters import parameters, situation
+from surefoot.studies.sweep.question import Sweep, sweep_cells
+from surefoot.studies.sweep.study_file import load_study, parse_study
+from surefoot.studies.sweep.sweep import run_sweep
 from test_workers import LocalCluster
 
 ROBOT = sf.load_robot("paper-biped")
@@ -94,8 +95,7 @@ def test_the_order_and_the_company_change_nothing(walked, tmp_path) -> None:
     _, rows = walked
     study = parse_study(WALKS)
     cells = list(sweep_cells(study))
-    one = sweep.Sweep(study, ROBOT)
-    alone = [measure_cells(one, [cell])[0] for cell in cells[::5]]
+    alone = [measure_cells(study, [cell])[0] for cell in cells[::5]]
     assert repr(alone) == repr(rows[::5])
     assert repr(rows_of(WALKS, tmp_path / "two", workers=Processes(2))) == repr(rows)
 
@@ -176,7 +176,7 @@ def test_every_name_that_is_offered_can_be_set() -> None:
     usual = situation(ROBOT, "unified", {})
     robot = ROBOT
     present: dict[str, Any] = {}
-    for name in known_parameters("unified"):
+    for name in parameters("unified"):
         room, _, rest = name.partition(".")
         found: Any = {
             "robot": robot, "plant": robot, "gait": robot.gait, "controller": usual.controller,
@@ -319,8 +319,8 @@ def test_a_leg_without_a_limit_is_refused_and_not_a_failure(tmp_path) -> None:
 KILLED = """
 import sys, time
 from pathlib import Path
-from surefoot.studies.sweep.sweep import sweep
-from surefoot.studies.sweep.sweep_study import load_study
+from surefoot.studies.sweep import sweep
+from surefoot.studies.sweep.study_file import load_study
 from surefoot.studies.engine.workers import Processes
 
 sweep.KEEP_EVERY, sweep.AT_ONCE = 0.0, 1
@@ -466,6 +466,6 @@ def test_a_robot_beside_the_study(tmp_path) -> None:
     (tmp_path / "mine.toml").write_text(text)
     (tmp_path / "study.toml").write_text('robot = "mine.toml"\n[vary]\npush.impulse = [10.0]\n')
     study = load_study(tmp_path / "study.toml")
-    assert isinstance(study, Study)
+    assert isinstance(study, Sweep)
     (row,) = run_sweep(study, tmp_path / "table", workers=Processes(1)).rows
     assert row["outcome"] == "recovered"

@@ -13,7 +13,6 @@ from surefoot.studies.engine.study_end import stopped_by_ctrl_c, tell_failures
 
 if TYPE_CHECKING:
     from surefoot.studies.sweep.sweep import SweepTable
-    from surefoot.studies.sweep.sweep_study import Study
 
 
 @click.command()
@@ -51,15 +50,16 @@ def sweep(
     from surefoot.checks import check_writable
     from surefoot.errors import ParameterError
     from surefoot.studies.engine.workers import Cluster, Processes
+    from surefoot.studies.sweep.columns import quantity_name
+    from surefoot.studies.sweep.study_file import load_study
     from surefoot.studies.sweep.sweep import TABLE, run_sweep
-    from surefoot.studies.sweep.sweep_study import load_study
 
     asked = load_study(study)
     folder = out or Path(study.stem)
     if plot is not None:
         check_plotting()
         check_writable(plot, (".png", ".pdf", ".svg"))
-        _check_quantity(asked, quantity)
+        quantity_name(asked.measures, quantity)
     elif quantity is not None:
         raise ParameterError("--plot with --quantity", "no --plot", "give --plot FILE.png")
     who = Processes(workers) if cluster is None else Cluster(cluster)
@@ -72,38 +72,15 @@ def sweep(
         ),
     )
     if plot is not None:
-        _draw(found, plot, quantity)
+        from surefoot.studies.sweep.show import draw_sweep
+
+        draw_sweep(found, plot, quantity)
     if as_json:
         print_json(_numbers(found))
     else:
         _show(found)
         click.echo(f"\ntable: {folder / TABLE}" + (f", picture: {plot}" if plot else ""))
     sys.exit(status)
-
-
-def _check_quantity(study: Study, name: str | None) -> None:
-    """Refuse a quantity that the table will not have, before hours of measuring.
-
-    Raises:
-        ParameterError: there is none of that name.
-    """
-    from surefoot.studies.sweep.sweep_cell import RESULTS
-    from surefoot.studies.sweep.sweep_columns import quantity
-
-    quantity([RESULTS[study.measure]], list(study.vary), name)
-
-
-def _draw(found: SweepTable, path: Path, quantity: str | None) -> None:
-    from surefoot.studies.sweep.sweep_figure import draw_sweep
-
-    about = {
-        "title": found.study.title,
-        "robot": found.provenance["robot"],
-        "controller": found.study.controller,
-        "sampling": found.study.sampling,
-        "varied": list(found.study.vary),
-    }
-    draw_sweep(found.rows, about, path, quantity=quantity)
 
 
 def _numbers(found: SweepTable) -> dict[str, Any]:
@@ -119,9 +96,8 @@ def _numbers(found: SweepTable) -> dict[str, Any]:
 
 
 def _show(found: SweepTable) -> None:
-    """What came out, in a few lines; the cells themselves if there are not many."""
     from rich.console import Console
 
-    from surefoot.studies.sweep.sweep_table import print_sweep
+    from surefoot.studies.sweep.show import print_sweep
 
-    print_sweep(found.rows, list(found.study.vary), found.study.title, Console())
+    print_sweep(found, Console())

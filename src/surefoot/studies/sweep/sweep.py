@@ -12,15 +12,14 @@ import msgspec
 
 from surefoot.control.methods import method
 from surefoot.errors import RobotError, VelocityError
-from surefoot.robot.robot import Robot, load_robot
+from surefoot.robot.robot import Robot
 from surefoot.studies.engine.cells import Failure, Row, measure_missing
 from surefoot.studies.engine.provenance import made_with, sources_stamp
 from surefoot.studies.engine.table import Shards, write_table
 from surefoot.studies.engine.workers import Processes, Workers
-from surefoot.studies.sweep.sweep_cell import Sweep, measure_cells
-from surefoot.studies.sweep.sweep_parameters import situation
-from surefoot.studies.sweep.sweep_sampling import SweepCell, cell_key, sweep_cells
-from surefoot.studies.sweep.sweep_study import Study
+from surefoot.studies.sweep.measure import FAILED, empty_row, measure_cells
+from surefoot.studies.sweep.parameters import situation
+from surefoot.studies.sweep.question import Sweep, SweepCell, cell_key, sweep_cells
 from surefoot.version import VERSION
 
 TABLE = "sweep.parquet"
@@ -44,14 +43,14 @@ class SweepTable:
         provenance: what the table says of itself.
     """
 
-    study: Study
+    study: Sweep
     rows: list[Row]
     failures: list[Failure]
     provenance: dict[str, str]
 
 
 def run_sweep(
-    study: Study,
+    study: Sweep,
     folder: Path,
     *,
     workers: Workers | None = None,
@@ -75,9 +74,8 @@ def run_sweep(
         StudyError: a cluster was lost.
         MissingExtraError: joblib, polars or the library of a method is not installed.
     """
-    robot = load_robot(study.robot)
+    robot = study.body
     workers = workers or Processes()
-    sweep = Sweep(study, robot)
     # A method that cannot be used at all is refused now rather than cell by cell.
     _check_fixed(study, robot)
     compiled = method(study.controller).controller(robot, (0.0, 0.0)).kernel is not None
@@ -88,12 +86,12 @@ def run_sweep(
     have = {cell_key(tuple(row[name] for name in study.vary)): row for row in shards.rows}
     failures = measure_missing(
         measure_cells,
-        sweep,
+        study,
         cells,
         have,
         shards,
         workers=workers,
-        at_once=AT_ONCE if compiled and study.measure == "walk" else 1,
+        at_once=AT_ONCE if compiled and study.measures == "walk" else 1,
         keep_every=KEEP_EVERY,
         report=report,
     )
@@ -101,13 +99,13 @@ def run_sweep(
     rows = []
     for cell in wanted:
         key = cell_key(cell.values)
-        rows.append(have[key] if key in have else _failed(sweep, cell, errors[key]))
+        rows.append(have[key] if key in have else _failed(study, cell, errors[key]))
     about = _provenance(study, robot)
     write_table(rows, folder / TABLE, {"study": _plain(study), "provenance": about})
     return SweepTable(study, rows, failures, about)
 
 
-def _check_fixed(study: Study, robot: Robot) -> None:
+def _check_fixed(study: Sweep, robot: Robot) -> None:
     """Refuse what is set for all cells if it makes no sense, before a folder is begun with it.
 
     Raises:
@@ -118,16 +116,17 @@ def _check_fixed(study: Study, robot: Robot) -> None:
         situation(robot, study.controller, study.fixed)
 
 
-def _failed(sweep: Sweep, cell: SweepCell, error: str) -> Row:
+def _failed(study: Sweep, cell: SweepCell, error: str) -> Row:
     lines = error.strip().splitlines()
-    return {**sweep.row(cell), "outcome": "failed", "error": lines[-1] if lines else error}
+    return empty_row(study, cell) | {"outcome": FAILED, "error": lines[-1] if lines else error}
 
 
-def _plain(study: Study) -> dict[str, Any]:
-    return msgspec.to_builtins(study)
+def _plain(study: Sweep) -> dict[str, Any]:
+    plain = {name: value for name, value in vars(study).items() if name != "body"}
+    return msgspec.to_builtins({"measure": plain.pop("measures"), **plain})
 
 
-def _common(study: Study, robot: Robot) -> dict[str, Any]:
+def _common(study: Sweep, robot: Robot) -> dict[str, Any]:
     """What all rows of one table must have in common: everything but which values are taken."""
     asked = {
         name: value
@@ -148,7 +147,7 @@ def _stamp() -> str:
     return sources_stamp("compare", "sweep")
 
 
-def _provenance(study: Study, robot: Robot) -> dict[str, str]:
+def _provenance(study: Sweep, robot: Robot) -> dict[str, str]:
     """What a table must say of itself to be made again."""
     return {
         "version": VERSION,

@@ -9,8 +9,8 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch, Rectangle
 
-from surefoot.studies.sweep.sweep_axes import NOTHING_FAILED, name_places
-from surefoot.studies.sweep.sweep_columns import Column, Quantity
+from surefoot.studies.sweep.axes import NOTHING_FAILED, name_places
+from surefoot.studies.sweep.columns import Column, Quantity
 
 _LEFT, _RIGHT, _FOOT, _HEAD = 0.95, 1.05, 0.72, 0.95
 _YES, _NO, _NONE = "#a6cbe3", "#d55e00", "#f2f2f2"
