@@ -18,9 +18,9 @@ import surefoot as sf
 from surefoot.cli import main
 from surefoot.cli.walk import METHODS as NAMES
 from surefoot.control.methods import METHODS, method
+from surefoot.studies.compare import compare
 from surefoot.studies.compare.compare import (
     able_methods,
-    compare,
     compare_methods,
     open_shards,
     run_comparison,
@@ -140,7 +140,7 @@ def test_the_number_of_workers_changes_nothing(measured, tmp_path) -> None:
 KILLED = """
 from pathlib import Path
 import sys
-from surefoot.studies.compare.compare import compare
+from surefoot.studies.compare import compare
 from tests_protocol import SMALL
 compare.KEEP_EVERY = 0.0
 slow = compare.measure

@@ -14,7 +14,7 @@ from surefoot.robot.feet import Side
 from surefoot.robot.robot import Robot
 from surefoot.rollout.outcome import recovery_time
 from surefoot.studies.engine.cells import Row
-from surefoot.studies.engine.scan import smallest_failing_push
+from surefoot.studies.engine.scan import LARGEST_BEYOND, LARGEST_SHARE, smallest_failing_push
 from surefoot.studies.sweep.parameters import Situation, situation
 from surefoot.worlds.point.batch import simulate_batch
 from surefoot.worlds.point.walks import Walks
@@ -24,10 +24,6 @@ if TYPE_CHECKING:
 
 REFUSED = "refused"
 """The outcome of a cell whose robot, gait or controller there cannot be."""
-
-BEYOND = 1.25, 50.0
-"""A scan for the smallest failing push gives up at this share of the limit [-], and this much more
-[N s]: an observer's error may let a walk survive by luck what it could not know."""
 
 FAILED = "failed"
 """The outcome of a cell that could not be measured."""
@@ -163,7 +159,7 @@ def _limit(step: float, one: Situation) -> dict[str, Any]:
         start=one.start(),
         duration=one.push["duration"],
         step=step,
-        largest=BEYOND[0] * limit + BEYOND[1],
+        largest=LARGEST_SHARE * limit + LARGEST_BEYOND,
         first_support=Side.RIGHT,
         workers=1,
         plant=one.plant,
