@@ -145,7 +145,7 @@ def _common(study: Sweep, robot: Robot) -> dict[str, Any]:
 
 def _stamp() -> str:
     """All sources that a row depends on, as a hash: the kernels, and what asks the questions."""
-    return stamp(Study)
+    return stamp(Sweep)
 
 
 def _provenance(study: Sweep, robot: Robot) -> dict[str, str]:
