@@ -19,16 +19,16 @@ from matplotlib.figure import Figure
 from surefoot.control.methods import METHODS
 from surefoot.errors import FileError, ParameterError
 from surefoot.robot.gait import GaitLimits
-from surefoot.robot.robot import Foot, Trunk
+from surefoot.robot.robot import Foot, Trunk, load_robot
 from surefoot.robot.swing import Swing
 from surefoot.rollout.disturbance import Disturbance
 from surefoot.show import palette
+from surefoot.studies.engine.study import Measured
 from surefoot.studies.sweep.columns import column
 from surefoot.studies.sweep.panels import wilson
 from surefoot.studies.sweep.parameters import parameters
+from surefoot.studies.sweep.pictures import draw_sweep, sweep_figure
 from surefoot.studies.sweep.question import Sweep
-from surefoot.studies.sweep.show import draw_sweep, sweep_figure
-from surefoot.studies.sweep.sweep import SweepTable
 
 ANGLES = [0.0, 90.0, 180.0, 270.0]
 GAIN, ANGLE, LEG = "controller.dcm_gain", "push.angle", "controller.knows_leg"
@@ -64,14 +64,15 @@ def walks(count: int = 200) -> list[dict[str, Any]]:
     return rows
 
 
-def table(rows: list[dict[str, Any]], *varied: str, sampling: Any = "grid") -> SweepTable:
+def table(rows: list[dict[str, Any]], *varied: str, sampling: Any = "grid") -> Measured[Sweep]:
     """What a study with these rows has measured."""
     study = Sweep(
         title="What happens?", measures="push-limit" if "impulse" in rows[0] else "walk",
-        robot="paper-biped", controller="unified", sampling=sampling, samples=1, seed=0, step=1.0,
+        robot=load_robot("paper-biped"), source="paper-biped", controller="unified",
+        sampling=sampling, samples=1, seed=0, step=1.0,
         fixed={}, vary={name: [] for name in varied},
     )  # fmt: skip
-    return SweepTable(study, rows, [], {"robot": "paper-biped"})
+    return Measured(study, rows, [], {"robot": "paper-biped"})
 
 
 def made(rows: list[dict[str, Any]], *varied: str, name: str | None = None, **more: Any) -> Figure:

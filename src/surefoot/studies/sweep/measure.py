@@ -20,7 +20,7 @@ from surefoot.worlds.point.batch import simulate_batch
 from surefoot.worlds.point.walks import Walks
 
 if TYPE_CHECKING:
-    from surefoot.studies.sweep.question import Sweep, SweepCell
+    from surefoot.studies.sweep.question import Sweep
 
 REFUSED = "refused"
 """The outcome of a cell whose robot, gait or controller there cannot be."""
@@ -74,22 +74,16 @@ RESULTS = {"walk": WALK, "push-limit": LIMIT}
 """The columns of results, by what a study measures."""
 
 
-def measure_cells(study: Sweep, cells: Sequence[SweepCell]) -> list[Row | str]:
-    """A row for each cell.
-
-    A cell that cannot be is a finding like any other: its row says why. Text is for one that could
-    not be measured.
-    """
-    rows: list[Row | str] = []
+def measure_cells(study: Sweep, cells: Sequence[Any]) -> list[Row]:
+    """A row for each cell. One that cannot be is a finding like any other: its row says why."""
+    rows = [empty_row(study) for _ in cells]
     made: list[tuple[Row, Situation]] = []
-    for cell in cells:
-        row = empty_row(study, cell)
+    for row, cell in zip(rows, cells, strict=True):
+        values = study.fixed | study.columns(cell)
         try:
-            values = {**study.fixed, **dict(zip(study.vary, cell.values, strict=True))}
-            made.append((row, situation(study.body, study.controller, values)))
+            made.append((row, situation(study.robot, study.controller, values)))
         except SurefootError as error:
             row |= {"outcome": REFUSED, "error": str(error)}
-        rows.append(row)
     if study.measures == "push-limit":
         for row, one in made:
             try:
@@ -106,10 +100,9 @@ def measure_cells(study: Sweep, cells: Sequence[SweepCell]) -> list[Row | str]:
     return rows
 
 
-def empty_row(study: Sweep, cell: SweepCell) -> Row:
-    """A row before anything is measured: what differs, and what stands for no result."""
-    usual = {name: one.usual for name, one in RESULTS[study.measures].items()}
-    return {**dict(zip(study.vary, cell.values, strict=True)), **usual, "error": None}
+def empty_row(study: Sweep) -> Row:
+    """What stands for no result."""
+    return {name: one.usual for name, one in RESULTS[study.measures].items()} | {"error": None}
 
 
 def _walks(situations: Sequence[Situation], disturbed: bool) -> list[dict[str, Any]]:

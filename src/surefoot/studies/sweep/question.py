@@ -2,19 +2,26 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
-from collections.abc import Iterator
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, fields
 from itertools import product
-from typing import Any, Literal
+from typing import Any, ClassVar, Literal
 
 import msgspec
 import numpy as np
+from msgspec import to_builtins
 from numpy.typing import NDArray
 
 from surefoot.checks import optional_module
-from surefoot.robot.robot import Robot, load_robot
-from surefoot.studies.sweep.parameters import parameter
+from surefoot.control.methods import method
+from surefoot.errors import RobotError, VelocityError
+from surefoot.interface import Controller
+from surefoot.studies.engine.cells import Row
+from surefoot.studies.engine.study import Study
+from surefoot.studies.sweep.measure import FAILED, empty_row, measure_cells
+from surefoot.studies.sweep.parameters import parameter, situation
 
 
 class Range(msgspec.Struct, frozen=True, forbid_unknown_fields=True, rename={"low": "from"}):
@@ -58,17 +65,21 @@ class Normal(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 Values = list[Any] | Range | Normal
 
 Sampling = Literal["grid", "latin-hypercube", "monte-carlo"]
-Measured = Literal["walk", "push-limit"]
+Quantity = Literal["walk", "push-limit"]
+
+AT_ONCE = 64
+"""Walks of one task: enough that sending it is nothing beside walking."""
 
 
 @dataclass(frozen=True)
-class Sweep:
-    """A sweep as its file says it, checked.
+class Sweep(Study):
+    """A sweep as its file says it, checked; a cell is a combination of values, as in `vary`.
 
     Attributes:
+        robot: as its file says.
+        source: the preset or the file that it is from.
         title: for tables and pictures.
         measures: one walk of each cell, or the smallest failing push.
-        robot: preset, or a file.
         controller: key of a method.
         sampling: how values are combined.
         samples: how many cells, of what is drawn.
@@ -78,9 +89,9 @@ class Sweep:
         vary: parameters that differ, by name.
     """
 
+    source: str
     title: str
-    measures: Measured
-    robot: str
+    measures: Quantity
     controller: str
     sampling: Sampling
     samples: int
@@ -88,55 +99,86 @@ class Sweep:
     step: float
     fixed: dict[str, Any]
     vary: dict[str, Values]
-    body: Robot = field(init=False, repr=False)
 
-    def __post_init__(self) -> None:
-        # Here and not where it is measured: the file of a robot may be on this machine only.
-        object.__setattr__(self, "body", load_robot(self.robot))
+    NAME: ClassVar = "sweep"
 
+    def cells(self) -> Iterator[tuple[Any, ...]]:
+        """Every combination of a grid, or what is drawn; the same for the same seed.
 
-@dataclass(frozen=True)
-class SweepCell:
-    """One combination of values.
+        Raises:
+            MissingExtraError: scipy is not installed, and something is to be drawn.
+        """
+        varied = [
+            (values, one is not None and one.whole)
+            for name, values in self.vary.items()
+            for one in [parameter(self.controller, name)]
+        ]
+        if self.sampling == "grid":
+            return product(*(_grid_values(values, whole) for values, whole in varied))
+        points = _unit_samples(self).T
+        columns = [_drawn(*one, column) for one, column in zip(varied, points, strict=True)]
+        return zip(*columns, strict=True)
 
-    Attributes:
-        values: in the order of the study's [vary].
-    """
+    def columns(self, cell: tuple[Any, ...]) -> Row:
+        """The value of each parameter that differs."""
+        return dict(zip(self.vary, cell, strict=True))
 
-    values: tuple[Any, ...]
+    def measure_many(self, cells: Sequence[tuple[Any, ...]]) -> list[Row | str]:
+        """See `measure.measure_cells`."""
+        return [*measure_cells(self, cells)]
 
+    def at_once(self) -> int:
+        """A batch of compiled walks; a scan, or a walk in Python, is work enough."""
+        if self.measures == "walk" and self._usual().kernel is not None:
+            return AT_ONCE
+        return 1
 
-def cell_key(values: tuple[Any, ...]) -> tuple[Any, ...]:
-    """Values as a key; floats rounded, so that they survive a file."""
-    return tuple(
-        cell_key(tuple(value)) if isinstance(value, (list, tuple))
-        else float(f"{value:.12g}") if isinstance(value, float) else value
-        for value in values
-    )  # fmt: skip
+    def check(self) -> None:
+        """Refuse a method that cannot be used at all, and what is set for all cells if it makes no
+        sense, rather than cell by cell.
 
+        Raises:
+            ParameterError: a value has another type, or is out of range.
+            MissingExtraError: the library of the method is not installed.
+        """
+        # What varies may be what makes a robot or a velocity possible.
+        with contextlib.suppress(RobotError, VelocityError):
+            situation(self.robot, self.controller, self.fixed)
+        self._usual()
 
-def sweep_cells(study: Sweep) -> Iterator[SweepCell]:
-    """The cells of a study; the same for the same seed.
+    def failed(self, cell: tuple[Any, ...], error: str) -> Row:
+        """A cell that could not be measured is a row too."""
+        lines = error.strip().splitlines()
+        why = {"outcome": FAILED, "error": lines[-1] if lines else error}
+        return self.columns(cell) | empty_row(self) | why
 
-    Raises:
-        MissingExtraError: scipy is not installed, and something is to be drawn.
-    """
-    if study.sampling == "grid":
-        every = [_grid_values(one, _whole(study, name)) for name, one in study.vary.items()]
-        for values in product(*every):
-            yield SweepCell(values)
-        return
-    columns = [
-        _drawn(values, column, _whole(study, name))
-        for (name, values), column in zip(study.vary.items(), _unit_samples(study).T, strict=True)
-    ]
-    for values in zip(*columns, strict=True):
-        yield SweepCell(values)
+    def as_numbers(self) -> dict[str, Any]:
+        """Everything that the file says, by its keys."""
+        asked = {one.name: getattr(self, one.name) for one in fields(self) if one.name != "robot"}
+        return to_builtins(
+            {"robot": asked.pop("source"), "measure": asked.pop("measures"), **asked}
+        )
 
+    def notes(self, rows: Sequence[Row]) -> dict[str, Any]:
+        """What was asked, for whoever reads the table."""
+        return {"study": self.as_numbers()}
 
-def _whole(study: Sweep, name: str) -> bool:
-    declared = parameter(study.controller, name)
-    return declared is not None and declared.whole
+    def common(self) -> dict[str, Any]:
+        """Everything but which values are taken."""
+        names = ("measure", "controller", "step", "fixed")
+        asked = self.as_numbers()
+        return {name: asked[name] for name in names} | {"varied": list(self.vary)}
+
+    def provenance(self) -> dict[str, str]:
+        """Who walks, and how values were combined."""
+        return {
+            "controller": self.controller,
+            "sampling": self.sampling,
+            "seed": str(self.seed),
+        }
+
+    def _usual(self) -> Controller:
+        return method(self.controller).controller(self.robot, (0.0, 0.0))
 
 
 def _grid_values(values: Values, whole: bool) -> list[Any]:
@@ -163,10 +205,10 @@ def _unit_samples(study: Sweep) -> NDArray[np.float64]:
     return qmc.LatinHypercube(shape[1], rng=np.random.default_rng(study.seed)).random(shape[0])
 
 
-def _drawn(values: Values, column: NDArray[np.float64], whole: bool) -> list[Any]:
+def _drawn(values: Values, whole: bool, column: NDArray[np.float64]) -> list[Any]:
     """Values by their share of the distribution, 0 to 1."""
     if whole and not isinstance(values, list):
-        return [round(one) for one in _drawn(values, column, False)]
+        return [round(one) for one in _drawn(values, False, column)]
     if isinstance(values, Normal):
         norm = optional_module("scipy.stats", "normal distributions", "study").norm
         return norm.ppf(column, values.mean, values.deviation).tolist()

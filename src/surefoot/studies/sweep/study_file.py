@@ -28,8 +28,9 @@ from typing import Any
 import msgspec
 
 from surefoot.errors import FileError, ParameterError
+from surefoot.robot.robot import load_robot
 from surefoot.studies.sweep.parameters import check_parameter
-from surefoot.studies.sweep.question import Measured, Normal, Range, Sampling, Sweep, Values
+from surefoot.studies.sweep.question import Normal, Quantity, Range, Sampling, Sweep, Values
 
 USUAL_SAMPLES = 100
 
@@ -37,7 +38,7 @@ USUAL_SAMPLES = 100
 class _File(msgspec.Struct, frozen=True, forbid_unknown_fields=True, rename={"fixed": "set"}):
     vary: dict[str, Any]
     title: str = ""
-    measure: Measured = "walk"
+    measure: Quantity = "walk"
     robot: str = "paper-biped"
     controller: str = "unified"
     sampling: Sampling = "grid"
@@ -103,11 +104,14 @@ def parse_study(text: str, origin: str = "the study") -> Sweep:
         _check_for(file.sampling, name, values, origin)
     for name in (*file.fixed, *vary):
         check_parameter(file.controller, name, origin)
-    beside = file.robot.endswith(".toml")
+    source = file.robot
+    if source.endswith(".toml"):
+        source = str(Path(origin).parent / source)
     return Sweep(
+        robot=load_robot(source),
+        source=source,
         title=file.title or Path(origin).stem,
         measures=file.measure,
-        robot=str(Path(origin).parent / file.robot) if beside else file.robot,
         controller=file.controller,
         sampling=file.sampling,
         samples=USUAL_SAMPLES if file.samples is None else file.samples,
