@@ -16,7 +16,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
-from surefoot.control.methods import METHODS
+from surefoot.control.registry import methods
 from surefoot.errors import FileError, ParameterError
 from surefoot.robot.gait import GaitLimits
 from surefoot.robot.robot import Foot, Trunk, load_robot
@@ -246,7 +246,7 @@ def test_the_title_says_what_was_asked() -> None:
 
 
 def test_every_parameter_of_every_method_has_its_unit() -> None:
-    for method in METHODS:
+    for method in methods():
         assert all(isinstance(one.unit, str) for one in parameters(method.key).values())
     one = column([{"gait.step_x.max": 0.5}], "gait.step_x.max", "unified")
     assert one.label == "gait.step_x.max [m]"

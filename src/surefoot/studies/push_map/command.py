@@ -70,7 +70,7 @@ def push_map(
     """
     from rich.console import Console
 
-    from surefoot.control.methods import method
+    from surefoot.control.registry import find_method
     from surefoot.errors import ParameterError
     from surefoot.robot.robot import load_robot
     from surefoot.studies.push_map.map_numbers import MapNumbers
@@ -80,7 +80,7 @@ def push_map(
     if full and coarse is not None:
         raise ParameterError("`--coarse` or `--full`", "both", "leave one of them out")
     check_plotting()
-    asked = method(key)
+    asked = find_method(key)
     study = PushMap(
         asked.controller(load_robot(robot).with_leg(max_speed=leg_speed), velocity),
         directions, phases, step, step if full else coarse, push_duration, label=asked.label,

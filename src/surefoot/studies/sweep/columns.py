@@ -20,6 +20,9 @@ from surefoot.studies.engine.cells import Row
 from surefoot.studies.sweep.measure import FAILED, REFUSED, RESULTS, Result
 from surefoot.studies.sweep.parameters import parameter
 
+TYPE = {"^2": "²", "^4": "⁴", "^6": "⁶", "deg": "°", "-": "–"}
+"""How a unit is written in a picture."""
+
 GEOMETRIC = 8.0
 """The largest positive value is this many times the least one if an axis may be logarithmic."""
 
@@ -101,6 +104,8 @@ def number_word(value: float) -> str:
 
 def with_unit(words: str, unit: str) -> str:
     """A label of an axis."""
+    for written, drawn in TYPE.items():
+        unit = unit.replace(written, drawn)
     return f"{words} [{unit}]" if unit else words
 
 

@@ -65,7 +65,7 @@ LIMIT = {
     "delta_v": Result(math.nan, "smallest change of velocity that fails", "m/s", "[m/s]"),
     "failure": Result(""),
     "limit": Result(math.nan, "theoretical limit", "N s"),
-    "share": Result(math.nan, "survived, as a share of the limit", "–", "of the limit"),
+    "share": Result(math.nan, "survived, as a share of the limit", "-", "of the limit"),
 }
 """What a row says of a push limit: "measured" or "refused"; the smallest failing impulse and how it
 failed; the theoretical limit, and what is survived as a share of it."""

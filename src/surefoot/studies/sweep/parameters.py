@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, is_dataclass
 from functools import lru_cache
 from typing import Any
 
@@ -12,7 +12,8 @@ import msgspec
 
 from surefoot.checks import check_number, closest
 from surefoot.control.estimator import whole_cycles
-from surefoot.control.methods import method
+from surefoot.control.fields import declared
+from surefoot.control.registry import find_method
 from surefoot.control.settings import checked_settings, settings
 from surefoot.dcm.pushes import Push, push_direction
 from surefoot.errors import ParameterError
@@ -50,7 +51,7 @@ class Parameter:
 
 PUSH = {
     "impulse": Parameter("N s", usual=0.0),
-    "angle": Parameter("°", usual=0.0, least=-math.inf),
+    "angle": Parameter("deg", usual=0.0, least=-math.inf),
     "phase": Parameter("of the step", usual=0.0),
     "duration": Parameter("s", usual=0.2, above=True),
     "step": Parameter("", whole=True, usual=2),
@@ -63,7 +64,7 @@ BODY = {
     "mass": Parameter("kg"),
     "com_height": Parameter("m"),
     "hip": Parameter("m"),
-    "gravity": Parameter("m/s²"),
+    "gravity": Parameter("m/s^2"),
 }
 PARTS = {
     "foot": {"length": Parameter("m"), "width": Parameter("m")},
@@ -71,10 +72,10 @@ PARTS = {
         "height": Parameter("m"),
         "landing_velocity": Parameter("m/s"),
         "max_speed": Parameter("m/s"),
-        "max_acceleration": Parameter("m/s²"),
+        "max_acceleration": Parameter("m/s^2"),
     },
     "trunk": {
-        "inertia": Parameter("kg m²"),
+        "inertia": Parameter("kg m^2"),
         "max_torque": Parameter("N m"),
         "max_lean": Parameter("rad"),
     },
@@ -101,19 +102,6 @@ DISTURBANCE = {
 }
 """As of `Disturbance`."""
 
-_SETTING_UNITS = {
-    "ankle": "", "comfort": "m", "commitment": "s", "dcm_gain": "1/s", "dcm_noise": "m",
-    "double_support": "of the step", "error_weight": "1/m²", "horizon": "s",
-    "input_weight": "s⁶/m²", "knows_leg": "", "lean_rate_weight": "s²/rad²",
-    "lean_weight": "1/rad²", "max_iterations": "", "offset_penalty": "1/m²",
-    "offset_weight": "1/m²", "path_weight": "1/m²", "period": "s", "preview": "s",
-    "project_zmp": "", "push_horizon": "s", "reserve": "m", "sample": "s", "samples": "",
-    "solve_period": "s", "state_weight": "1/m², s²/m², s⁴/m²", "step_duration": "s",
-    "step_weight": "1/m²", "tau_weight": "–", "threshold": "m", "torque_weight": "1/m²",
-    "velocity_weight": "s²/m²", "zmp_share": "–", "zmp_weight": "1/m²",
-}  # fmt: skip
-_OWN_UNITS = {("unified", "step_weight"): "–", ("unified", "offset_weight"): "–"}
-
 
 @lru_cache(maxsize=32)
 def parameters(controller: str) -> Mapping[str, Parameter]:
@@ -131,9 +119,11 @@ def parameters(controller: str) -> Mapping[str, Parameter]:
 
 
 def _of_method(key: str) -> dict[str, Parameter]:
+    make = find_method(key).make
+    known = declared(make) if is_dataclass(make) else {}
     return {
         name: Parameter(
-            _OWN_UNITS.get((key, name)) or _SETTING_UNITS[name],
+            known[name].unit if name in known else "",
             _PAIR if isinstance(usual, tuple) and len(usual) == 2 else (),
         )
         for name, usual in settings(key).items()
@@ -230,7 +220,9 @@ def situation(robot: Robot, controller: str, values: Mapping[str, Any]) -> Situa
     chosen = _chosen(
         "controller", _of_method(controller), rooms.get("controller", {}), settings(controller)
     )
-    decides = method(controller).controller(known, velocity, **checked_settings(controller, chosen))
+    decides = find_method(controller).controller(
+        known, velocity, **checked_settings(controller, chosen)
+    )
     disturbance = None
     if wrong := rooms.get("disturbance", {}):
         disturbance = Disturbance(
@@ -254,13 +246,13 @@ def _push(given: Mapping[str, Any]) -> dict[str, float]:
 
 def _chosen(
     room: str,
-    declared: Mapping[str, Parameter],
+    known: Mapping[str, Parameter],
     given: Mapping[str, Any],
     usual: Mapping[str, Any],
 ) -> dict[str, Any]:
     """The values of a room that are given; of a pair of which a half is given both."""
     found = {}
-    for name, one in declared.items():
+    for name, one in known.items():
         if any(f"{name}.{half}" in given for half in one.halves):
             found[name] = _pair(f"{room}.{name}", one, given, name, usual[name])
         elif name in given:
@@ -270,23 +262,21 @@ def _chosen(
 
 
 def _pair(
-    name: str, declared: Parameter, given: Mapping[str, Any], key: str, usual: Any
+    name: str, one: Parameter, given: Mapping[str, Any], key: str, usual: Any
 ) -> tuple[float, float]:
     pair = given.get(key, usual)
     if not isinstance(pair, (list, tuple)) or len(pair) != 2:
         raise ParameterError(f"`{name}` as a pair", repr(pair), "write [0.5, 0.0]")
-    x, y = (
-        given.get(f"{key}.{half}", one) for half, one in zip(declared.halves, pair, strict=True)
-    )
-    for one in (x, y):
-        check_number(name, one, -math.inf, declared.unit)
+    x, y = (given.get(f"{key}.{half}", value) for half, value in zip(one.halves, pair, strict=True))
+    for half in (x, y):
+        check_number(name, half, -math.inf, one.unit)
     return float(x), float(y)
 
 
 def _changed(robot: Robot, given: Mapping[str, Any], room: str) -> Robot:
     changes = _chosen(room, BODY, given, {})
-    for part, declared in PARTS.items():
-        own = {name: given[f"{part}.{name}"] for name in declared if f"{part}.{name}" in given}
+    for part, known in PARTS.items():
+        own = {name: given[f"{part}.{name}"] for name in known if f"{part}.{name}" in given}
         if not own:
             continue
         now = getattr(robot, part)
@@ -295,19 +285,17 @@ def _changed(robot: Robot, given: Mapping[str, Any], room: str) -> Robot:
                 f"a robot with a [{part}]", f"`{room}.{part}` of {robot.name}, which has none",
                 f"give its file a [{part}]",
             )  # fmt: skip
-        changes[part] = _struct(now, f"{room}.{part}", declared, own)
+        changes[part] = _struct(now, f"{room}.{part}", known, own)
     for name, one in BODY.items():
         if name in changes:
             check_number(f"{room}.{name}", changes[name], 0.0, one.unit, above=True)
     return robot.replace(**changes) if changes else robot
 
 
-def _struct(
-    now: Any, room: str, declared: Mapping[str, Parameter], given: Mapping[str, Any]
-) -> Any:
+def _struct(now: Any, room: str, known: Mapping[str, Parameter], given: Mapping[str, Any]) -> Any:
     """A copy of a part of the robot with some values changed, checked like a file."""
-    changes = _chosen(room, declared, given, {name: getattr(now, name) for name in declared})
+    changes = _chosen(room, known, given, {name: getattr(now, name) for name in known})
     for name, value in changes.items():
         for one in value if isinstance(value, tuple) else (value,):
-            check_number(f"{room}.{name}", one, -math.inf, declared[name].unit, endless=True)
+            check_number(f"{room}.{name}", one, -math.inf, known[name].unit, endless=True)
     return msgspec.structs.replace(now, **changes) if changes else now

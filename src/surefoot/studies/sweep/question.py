@@ -15,7 +15,7 @@ from msgspec import to_builtins
 from numpy.typing import NDArray
 
 from surefoot.checks import optional_module
-from surefoot.control.methods import method
+from surefoot.control.registry import find_method
 from surefoot.errors import RobotError, VelocityError
 from surefoot.interface import Controller
 from surefoot.studies.engine.cells import Row
@@ -178,7 +178,7 @@ class Sweep(Study):
         }
 
     def _usual(self) -> Controller:
-        return method(self.controller).controller(self.robot, (0.0, 0.0))
+        return find_method(self.controller).controller(self.robot, (0.0, 0.0))
 
 
 def _grid_values(values: Values, whole: bool) -> list[Any]:
