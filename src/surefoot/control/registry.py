@@ -90,7 +90,7 @@ def settable(make: Callable[..., Any]) -> dict[str, Any]:
 
     Those that all classes share come last.
     """
-    known = sorted(fields(make), key=lambda of: of.kw_only) if is_dataclass(make) else ()
+    known = sorted(fields(make), key=lambda of: of.kw_only is True) if is_dataclass(make) else ()
     return {of.name: of.default for of in known if of.init and of.name not in ("robot", "velocity")}
 
 
