@@ -28,12 +28,11 @@ from rich.table import Table
 import surefoot as sf
 from surefoot.control.unified.controller import UnifiedController
 from surefoot.worlds.body.estimator import BodyEstimator
+from surefoot.worlds.body.interface import WALKING
 from surefoot.worlds.body.inverse_dynamics import InverseDynamics
 from surefoot.worlds.body.mechanics import Mechanics
-from surefoot.worlds.body.noise import BodyNoise
 from surefoot.worlds.body.plant import BodyPlant
-from surefoot.worlds.body.sensors import BodySight
-from surefoot.worlds.body.walker import WALKING
+from surefoot.worlds.body.sensors import BodyNoise, BodySensors
 
 ROBOT, VELOCITY, TURN = "paper-biped", (0.3, 0.0), 20
 """Who walks how fast [m/s]; how many cycles a walk goes on before it is the next one's turn."""
@@ -75,7 +74,7 @@ class Walk:
         controller = sf.body_controller("unified", sf.walking_robot(multibody), VELOCITY)
         self.control = sf.body_control(controller, multibody)
         self.plant = BodyPlant(multibody)
-        self.sight = BodySight(self.plant, noise, BodyEstimator(multibody) if estimated else None)
+        self.sight = BodySensors(self.plant, noise, BodyEstimator(multibody) if estimated else None)
         self.state, self.command = self.control.start(), None
 
     def turn(self) -> Iterator[tuple[str, float]]:

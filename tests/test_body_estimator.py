@@ -16,7 +16,7 @@ from surefoot.robot.leg_kinematics import SOLES, find_soles, leg_links
 from surefoot.robot.multibody import Multibody, load_multibody
 from surefoot.worlds.body.base_filter import ERRORS, FEET, POSITION, VELOCITY
 from surefoot.worlds.body.estimator import BodyEstimator, BodyMemory
-from surefoot.worlds.body.joint_command import JointCommand
+from surefoot.worlds.body.interface import JointCommand
 from surefoot.worlds.body.plant import BodyPlant
 from surefoot.worlds.body.sensors import sense, sense_standing
 

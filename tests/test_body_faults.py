@@ -13,8 +13,8 @@ import body_motion as motions
 import surefoot as sf
 from surefoot.record import new_array
 from surefoot.robot.multibody import Multibody
-from surefoot.worlds.body.believed_readings import DOUBTS, weigh
-from surefoot.worlds.body.estimator import SETTINGS, BodyEstimator, BodySenses
+from surefoot.worlds.body.estimator import SETTINGS, BodyEstimator, BodyReadings
+from surefoot.worlds.body.readings import DOUBTS, weigh
 
 INSTANTS = (1500, 2010, 2530, 3060, 3575)
 """Cycles in which a sensor fails, at different parts of a step."""
@@ -42,7 +42,7 @@ class Faulty:
     def start(self) -> Any:
         return 0, self.usual.start()
 
-    def step(self, memory: Any, senses: BodySenses) -> tuple[BodySenses, Any]:
+    def step(self, memory: Any, senses: BodyReadings) -> tuple[BodyReadings, Any]:
         cycle, inner = memory
         told, inner = self.usual.step(inner, senses)
         if any(first <= cycle < first + self.cycles for first in INSTANTS):
@@ -147,7 +147,7 @@ def test_a_load_is_believed_the_sooner_the_larger_it_is(
     assert base["load"][1] == 0.0
 
 
-def resting(multibody: Multibody) -> BodySenses:
+def resting(multibody: Multibody) -> BodyReadings:
     still = np.tile(multibody.nominal, (1, 1))
     return motions.sensed(still, np.ones((1, 2), np.int64)).senses[0]
 

@@ -11,8 +11,8 @@ import pytest
 from surefoot.record import new_array
 from surefoot.studies.compare.body_settling import BegunStep, Settling
 from surefoot.worlds.body.controller import BodyState
+from surefoot.worlds.body.interface import WALKING
 from surefoot.worlds.body.step import BODY_WALK
-from surefoot.worlds.body.walker import WALKING
 
 STEP, OFFSET = 0.3, (0.02, 0.06)
 USUAL = {

@@ -16,11 +16,11 @@ import surefoot as sf
 from surefoot.control.methods import METHODS
 from surefoot.robot.feet import Footstep
 from surefoot.rollout.outcome import has_walked_on
-from surefoot.worlds.body.estimator import BodySenses
-from surefoot.worlds.body.joint_command import JointCommand
+from surefoot.worlds.body.estimator import BodyReadings
+from surefoot.worlds.body.interface import JointCommand
 from surefoot.worlds.body.plant import BodyPlant
 from surefoot.worlds.body.recorder import BodyRecorder
-from surefoot.worlds.body.truth import floor_zmp, roll_pitch_yaw
+from surefoot.worlds.body.recording import floor_zmp, roll_pitch_yaw
 
 STEERING = [
     (0.0, sf.Steering((0.2, 0.0))),
@@ -242,7 +242,7 @@ class Offset:
     def start(self) -> int:
         return 0
 
-    def step(self, memory: int, senses: BodySenses) -> tuple[BodySenses, int]:
+    def step(self, memory: int, senses: BodyReadings) -> tuple[BodyReadings, int]:
         return senses._replace(gyro=senses.gyro + 0.05), memory + 1
 
 
@@ -306,7 +306,7 @@ class SlowNoise:
     def start(self) -> None:
         return None
 
-    def step(self, memory: None, senses: BodySenses) -> tuple[BodySenses, None]:
+    def step(self, memory: None, senses: BodyReadings) -> tuple[BodyReadings, None]:
         time.sleep(0.25)
         return senses, None
 

@@ -9,10 +9,10 @@ import pytest
 
 import surefoot as sf
 from surefoot.geometry import rotated_by
-from surefoot.rollout.snapshot import Glimpse, glimpse_of
+from surefoot.rollout.snapshot import Snapshot, snapshot_of
 from surefoot.rollout.trace import MEASURED
-from surefoot.worlds.body.steered import SteeredBody
-from surefoot.worlds.point.steered import SteeredPoint
+from surefoot.worlds.body.world import SteeredBody
+from surefoot.worlds.point.world import SteeredPoint
 
 PUSH = sf.Push(1.1, 0.2, (176.0, 30.0))
 BODY_PUSH = sf.Push(1.5, 0.2, (100.0, 0.0))
@@ -61,15 +61,15 @@ def test_it_is_the_walk_of_simulate(controller: sf.UnifiedController, walk: Stee
 
 def test_a_push_of_the_past_acts_from_now_on(walk: SteeredPoint) -> None:
     go(walk, 1.0)
-    before = walk.glimpse().observation["com_velocity"].copy()
+    before = walk.snapshot().observation["com_velocity"].copy()
     walk.push(sf.Push(0.9, 0.15, (400.0, 0.0)))
-    assert walk.glimpse().force == (400.0, 0.0)
+    assert walk.snapshot().force == (400.0, 0.0)
     go(walk, 1.05)
     walk.step()
-    faster = walk.glimpse().observation["com_velocity"] - before
+    faster = walk.snapshot().observation["com_velocity"] - before
     # 50 ms of the 150 are left; the pendulum's own acceleration is the rest.
     assert faster[0] == pytest.approx(400.0 * 0.05 / walk.robot.mass, abs=0.1)
-    assert walk.glimpse().force == (0.0, 0.0)
+    assert walk.snapshot().force == (0.0, 0.0)
 
 
 def test_what_cannot_be_walked_leaves_it_walking(walk: SteeredPoint) -> None:
@@ -153,12 +153,12 @@ def test_only_the_end_is_kept(controller: sf.UnifiedController, walk: SteeredPoi
 def test_a_glimpse_is_a_row_of_the_walk(walk: SteeredPoint) -> None:
     walk.push(PUSH)
     go(walk, 1.2)
-    now, later = walk.glimpse(), glimpse_of(walk.rollout(), -1)
+    now, later = walk.snapshot(), snapshot_of(walk.rollout(), -1)
     assert_same_glimpse(now, later)
     assert now.force == PUSH.force
 
 
-def assert_same_glimpse(one: Glimpse, other: Glimpse) -> None:
+def assert_same_glimpse(one: Snapshot, other: Snapshot) -> None:
     assert one.observation.tobytes() == other.observation.tobytes()
     assert one.command.tobytes() == other.command.tobytes()
     assert (one.com_height, one.force, one.both_feet) == (
@@ -175,7 +175,7 @@ def test_nothing_is_seen_before_the_first_cycle(
 ) -> None:
     for one in (walk, SteeredBody(body_control)):
         with pytest.raises(IndexError):
-            one.glimpse()
+            one.snapshot()
 
 
 @pytest.fixture(scope="module")
@@ -219,10 +219,10 @@ def test_a_body_is_that_of_simulate_body(
 
 def test_a_body_is_seen_as_it_is_kept(body_control: sf.BodyControl) -> None:
     walk = steered_body(body_control, 0.7)
-    rollout, now = walk.rollout(), walk.glimpse()
-    assert_same_glimpse(now, glimpse_of(rollout, -1))
+    rollout, now = walk.rollout(), walk.snapshot()
+    assert_same_glimpse(now, snapshot_of(rollout, -1))
     assert now.position is not None
-    assert now.position == pytest.approx(glimpse_of(rollout, -1).position)
+    assert now.position == pytest.approx(snapshot_of(rollout, -1).position)
     assert now.time == pytest.approx(2.4)
 
 
