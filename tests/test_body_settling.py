@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from surefoot.record import new_array
+from surefoot.rollout.trace import WALKING
 from surefoot.studies.compare.body_settling import BegunStep, Settling
 from surefoot.worlds.body.controller import BodyState
-from surefoot.worlds.body.interface import WALKING
 from surefoot.worlds.body.step import BODY_WALK
 
 STEP, OFFSET = 0.3, (0.02, 0.06)

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import surefoot as sf
-from surefoot.control.methods import METHODS
+from surefoot.control.registry import methods
 from surefoot.robot.feet import Footstep
 from surefoot.rollout.outcome import has_walked_on
 from surefoot.worlds.body.estimator import BodyReadings
@@ -104,9 +104,9 @@ def test_the_zmp_is_that_of_every_contact(control: sf.BodyControl) -> None:
         command, state = control.step(
             state, plant.time, plant.position, plant.velocity, plant.foot_force, sf.Steering()
         )
-        recorder.see(row, plant.position, plant.velocity)
+        recorder.record_state(row, plant.position, plant.velocity)
         if row == 59:
-            probe = plant.fork(()).data
+            probe = plant.fork().data
             probe.ctrl[:] = command.torque
             mujoco.mj_step2(plant.model, probe)
             pushed = np.zeros(3)
@@ -116,7 +116,7 @@ def test_the_zmp_is_that_of_every_contact(control: sf.BodyControl) -> None:
                 up = contact.frame[2] * force[0]
                 pushed += (up * contact.pos[0], up * contact.pos[1], up)
         plant.act(command)
-        recorder.feel(row, (0, 0, 0, 0))
+        recorder.record_effect(row, (0, 0, 0, 0))
     record = recorder.record(60)
     wrench = np.stack([record.effect["left_wrench"], record.effect["right_wrench"]], axis=1)
     zmp = floor_zmp(record.state["com"], wrench)[-1]
@@ -274,7 +274,7 @@ def test_misuse_is_told(control: sf.BodyControl, arguments: dict, message: str) 
 
 
 @pytest.mark.parametrize(
-    "method", [m for m in METHODS if not (m.slow or m.leans)], ids=lambda m: m.key
+    "method", [m for m in methods() if not (m.slow or m.leans)], ids=lambda m: m.key
 )
 def test_every_method_walks_or_falls_for_a_reason(method, control: sf.BodyControl) -> None:
     brain = sf.body_controller(method.key, sf.walking_robot(control.multibody), (0.3, 0.0))
