@@ -25,8 +25,7 @@ from surefoot.control.dcm_tracking import (
 )
 from surefoot.control.defaults import DCM_GAIN, fill_in, filled
 from surefoot.control.tracking_law import TRACKING
-from surefoot.dcm.foothold_plan import plan_footholds
-from surefoot.dcm.footholds import Foothold, check_footholds
+from surefoot.dcm.footholds import Foothold, check_footholds, plan_footholds
 from surefoot.dcm.nominal_gait import NominalGait, nominal_gait
 from surefoot.errors import ParameterError
 from surefoot.interface import OBSERVATION, Command, Observation

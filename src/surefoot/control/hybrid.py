@@ -41,15 +41,15 @@ from surefoot.control.tracking_law import (
     plan_landing,
     track,
 )
-from surefoot.dcm.gait_problem import gait_problem
 from surefoot.dcm.nominal_gait import NominalGait, nominal_gait
-from surefoot.dcm.step_in_reach import SAVED, saved_by, solve_step_in_reach
+from surefoot.dcm.step_in_reach import SavedAfterStep, saved_by, solve_step_in_reach
 from surefoot.dcm.step_problem import (
     OFFSET_PENALTY,
     OFFSET_WEIGHT,
     STEP_PROBLEM,
     STEP_SOLUTION,
     StepProblem,
+    gait_problem,
 )
 from surefoot.dcm.step_solver import solve_step_record
 from surefoot.interface import COMMAND, OBSERVATION, Command, Mode, Observation
@@ -62,7 +62,7 @@ HYBRID = np.dtype(
         ("tracking", TRACKING),
         ("threshold", "f8"),
         ("knows_leg", "i8"),
-        ("saved", SAVED),
+        ("saved", SavedAfterStep.DTYPE),
         ("problem", STEP_PROBLEM, (2,)),
     ]
 )
@@ -89,8 +89,7 @@ def adapt(parameters, observation, growth, solution, command):
             problem,
             parameters.saved,
             float(observation.support_side),
-            growth_x,
-            growth_y,
+            (growth_x, growth_y),
             math.log(growth) / parameters.tracking.omega,
             (swing[0] - foot[0], swing[1] - foot[1], velocity[0], velocity[1]),
             (leg.max_speed, leg.max_acceleration, parameters.tracking.omega),
@@ -239,7 +238,7 @@ class HybridController:
         # Of a leg without limits there is nothing to know.
         parameters["knows_leg"] = self.knows_leg and self.robot.swing.is_limited
         if parameters["knows_leg"][0]:
-            parameters["saved"] = saved_by(self.robot)
+            parameters["saved"] = saved_by(self.robot).array
         for side in Side:
             parameters["problem"][0, side_index.py_func(side)] = self.step_problem(side).array[0]
         object.__setattr__(self, "parameters", parameters)

@@ -29,10 +29,9 @@ from surefoot.control.dcm_tracking import (
 )
 from surefoot.control.defaults import default_tau_weight, fill_in, filled
 from surefoot.control.hybrid import HYBRID, HYBRID_STATE, compiled_hybrid, hybrid_cycle
-from surefoot.dcm.gait_problem import gait_problem
 from surefoot.dcm.nominal_gait import NominalGait, nominal_gait
 from surefoot.dcm.step_in_reach import saved_by
-from surefoot.dcm.step_problem import OFFSET_PENALTY, StepProblem
+from surefoot.dcm.step_problem import OFFSET_PENALTY, StepProblem, gait_problem
 from surefoot.dcm.viability import viable_offsets
 from surefoot.interface import Command, Observation
 from surefoot.record import new_array
@@ -103,7 +102,7 @@ class StepTiming:
         # Of a leg without limits there is nothing to know.
         parameters["knows_leg"] = self.knows_leg and self.robot.swing.is_limited
         if parameters["knows_leg"][0]:
-            parameters["saved"] = saved_by(self.robot)
+            parameters["saved"] = saved_by(self.robot).array
         for side in Side:
             parameters["problem"][0, side_index.py_func(side)] = self.step_problem(side).array[0]
         object.__setattr__(self, "parameters", parameters)

@@ -12,8 +12,7 @@ import numpy as np
 from surefoot.compiled import njit
 from surefoot.control.cycle import SWING, side_index
 from surefoot.control.plausibility import GATE
-from surefoot.dcm.dcm_plan import planned_dcm
-from surefoot.dcm.double_support import transition
+from surefoot.dcm.dcm_plan import planned_dcm, transition
 from surefoot.dcm.support import nearest_supported
 from surefoot.geometry import length
 from surefoot.interface import Mode, Status

@@ -23,8 +23,7 @@ from msgspec import to_builtins
 from numpy.typing import NDArray
 
 from surefoot.checks import check_number
-from surefoot.dcm.causal_limit import causal_push_limit
-from surefoot.dcm.push_limit import check_leg, fixed_steps_limit, push_limit
+from surefoot.dcm.push_limit import causal_push_limit, check_leg, fixed_steps_limit, push_limit
 from surefoot.dcm.pushes import PUSH
 from surefoot.interface import Controller
 from surefoot.rollout.description import describe
