@@ -11,8 +11,7 @@ from typing import Any
 import numpy as np
 
 from surefoot.control.registry import find_method
-from surefoot.dcm.causal_limit import causal_push_limit
-from surefoot.dcm.push_limit import fixed_steps_limit, push_limit
+from surefoot.dcm.push_limit import causal_push_limit, fixed_steps_limit, push_limit
 from surefoot.dcm.pushes import Push
 from surefoot.interface import Controller
 from surefoot.robot.feet import Side
