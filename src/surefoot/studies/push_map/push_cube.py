@@ -31,6 +31,7 @@ from surefoot.rollout.description import describe
 from surefoot.rollout.outcome import recovery_time
 from surefoot.studies.engine.cells import Report, Row, without_infinity
 from surefoot.studies.engine.provenance import made_with
+from surefoot.studies.engine.scan import FAILURES
 from surefoot.studies.engine.study import stamp
 from surefoot.studies.engine.table import Shards, write_table
 from surefoot.studies.push_map.push_grid import PushGrid
@@ -42,11 +43,8 @@ TABLE = "push-map.parquet"
 """The name of the table in its folder."""
 
 RECOVERED, UNSETTLED, FELL, NOT_WALKED = 0, 1, 2, -1
-"""What becomes of a walk: back on its gait in time after the push; still walking, but beside it; on
-the ground. And an impulse that the fast way has passed over."""
-
-FAILURES = ("none", "unsettled", "fell")
-"""The same in words, of the smallest impulse that fails."""
+"""What becomes of a walk, in the order of `FAILURES`: back on its gait in time after the push;
+still walking, but beside it; on the ground. And an impulse that the fast way has passed over."""
 
 PER_WALK = ("impulses", "fate", "recovery_steps", "recovery_time", "margin")
 """Columns that hold a list: a value for each walk of the cell."""

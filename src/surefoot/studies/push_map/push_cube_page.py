@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+from collections.abc import Sequence
 from html import escape
 from importlib.resources import files
 from typing import Any
@@ -11,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from surefoot.dcm.pushes import DIRECTIONS
-from surefoot.studies.compare.compare_page import words_table
 from surefoot.studies.engine.report import embedded
 from surefoot.studies.engine.words import angle_words, percent
 from surefoot.studies.push_map.cube import NOT_WALKED, RECOVERED, PushCube
@@ -193,3 +193,18 @@ def _phases(cube: PushCube) -> str:
         for row, phase in enumerate(cube.phases)
     ]
     return words_table(head, rows)
+
+
+def words_table(columns: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """A table as HTML; the first column heads its rows."""
+    head = "".join(f'<th scope="col">{escape(column)}</th>' for column in columns)
+    body = "\n".join(
+        f'<tr><th scope="row">{escape(first)}</th>'
+        + "".join(f"<td>{escape(value)}</td>" for value in rest)
+        + "</tr>"
+        for first, *rest in rows
+    )
+    return (
+        f'<div class="wide"><table class="words"><thead><tr>{head}</tr></thead>\n'
+        f"<tbody>\n{body}\n</tbody></table></div>"
+    )

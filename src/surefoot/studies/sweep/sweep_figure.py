@@ -19,8 +19,7 @@ from surefoot.errors import ParameterError
 from surefoot.show import palette
 from surefoot.show.halo import HALO
 from surefoot.show.method_marks import mark
-from surefoot.show.picture_file import marker_path, write_picture
-from surefoot.studies.engine.push_map import FORMATS
+from surefoot.show.picture_file import FORMATS, marker_path, write_picture
 from surefoot.studies.sweep.sweep_axes import (
     even_grid,
     mark_endless,
