@@ -14,7 +14,7 @@ from click.testing import CliRunner
 
 import surefoot as sf
 from surefoot.cli import main
-from surefoot.control.methods import METHODS, method
+from surefoot.control.registry import find_method, methods
 from surefoot.studies.compare.budget import (
     budget_figure,
     budget_report,
@@ -56,7 +56,7 @@ def of(measured: Measured[Comparison], rows: list[dict]) -> Measured[Comparison]
 def test_every_disturbance_has_one_name_and_is_wrong_in_its_own_way() -> None:
     assert every_disturbance()[0] == UNDISTURBED == "none"
     assert len({one.key for one in DISTURBANCES}) == len({one.label for one in DISTURBANCES})
-    controller = METHODS[0].controller(ROBOT, (0.5, 0.0))
+    controller = methods()[0].controller(ROBOT, (0.5, 0.0))
     ways = [(one.walks(3), one.plant(ROBOT), one.estimator_of(controller)) for one in DISTURBANCES]
     assert len({repr(way) for way in ways}) == len(DISTURBANCES)
     for one in DISTURBANCES:
@@ -85,7 +85,7 @@ def test_one_rule_for_a_whole_budget_and_the_papers_without() -> None:
 def test_the_worst_walk_counts() -> None:
     cell = Cell("hybrid", 90.0, 0.5, 0.2, 3.0, "com-offset")
     row = SMALL.measure(cell)
-    one = method("hybrid")
+    one = find_method("hybrid")
     controller = one.controller(SMALL.walk.on_leg(3.0).robot, (0.5, 0.0), **one.compared)
     own = [
         sf.smallest_failing_push(
@@ -158,9 +158,9 @@ def test_the_report_holds_every_field(measured, tmp_path: Path) -> None:
 
 def test_labels_of_the_picture_do_not_leave_it(measured) -> None:
     """All disturbances, the longest names last."""
-    methods = [{"key": one.key, "label": one.label} for one in METHODS]
+    every = [{"key": one.key, "label": one.label} for one in methods()]
     wrongs = [{"key": one.key, "label": one.label, "walks": 1} for one in DISTURBANCES]
-    notes = {"methods": methods, "disturbances": wrongs}
+    notes = {"methods": every, "disturbances": wrongs}
     figure = budget_figure(replace(measured, notes=notes))
     figure.canvas.draw()
     width, height = figure.canvas.get_width_height()
@@ -240,7 +240,7 @@ def test_the_push_comes_in_the_same_phase_of_the_same_step(key: str) -> None:
     (walk,) = wrong.walks(1)
     begins = pushed_touchdown(SMALL, "tracking", 3.0, key, walk)
     assert begins == pytest.approx(SMALL.walk.start(0.0) + 2.0 * shift, abs=1e-9)
-    controller = method("tracking").controller(SMALL.walk.on_leg(3.0).robot, (0.5, 0.0))
+    controller = find_method("tracking").controller(SMALL.walk.on_leg(3.0).robot, (0.5, 0.0))
     rollout = sf.simulate(controller, begins + 0.1, disturbance=walk)
     last = rollout.observations[-1]
     assert last["support_side"] == sf.Side.RIGHT

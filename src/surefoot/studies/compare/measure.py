@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from surefoot.control.methods import method
+from surefoot.control.registry import find_method
 from surefoot.dcm.pushes import Push
 from surefoot.rollout.disturbance import Disturbance
 from surefoot.studies.compare.disturbances import UNDISTURBED, named_disturbance
@@ -114,7 +114,7 @@ def method_notes(study: Comparison, rows: Sequence[Row]) -> list[dict[str, Any]]
     for key in study.methods:
         own = [row for row in rows if row["method"] == key]
         if own:
-            words = {name: getattr(method(key), name) for name in METHOD_WORDS}
+            words = {name: getattr(find_method(key), name) for name in METHOD_WORDS}
             failing = min(min(row["impulse"], row["scanned"]) for row in own)
             notes.append(words | decision_times(study, key, TIMING_IMPULSE * failing))
     return notes

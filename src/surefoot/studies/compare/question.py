@@ -9,7 +9,7 @@ from itertools import product
 from typing import Any, ClassVar
 
 from surefoot.checks import check_number
-from surefoot.control.methods import METHODS, method
+from surefoot.control.registry import find_method, methods
 from surefoot.errors import MissingExtraError, RobotError
 from surefoot.robot.robot import Robot
 from surefoot.studies.compare import measure
@@ -32,7 +32,7 @@ SOLVERS = ("daqp", "casadi")
 
 def every_method() -> tuple[str, ...]:
     """The keys of all methods but those that take milliseconds for one decision."""
-    return tuple(one.key for one in METHODS if not one.slow)
+    return tuple(one.key for one in methods() if not one.slow)
 
 
 def able_methods(robot: Robot, velocity: tuple[float, float]) -> tuple[list[str], dict[str, str]]:
@@ -44,7 +44,7 @@ def able_methods(robot: Robot, velocity: tuple[float, float]) -> tuple[list[str]
     able, left_out = [], {}
     for key in every_method():
         try:
-            method(key).controller(robot, velocity)
+            find_method(key).controller(robot, velocity)
         except (RobotError, MissingExtraError) as error:
             left_out[key] = str(error)
         else:
@@ -86,7 +86,7 @@ class Comparison(Study):
     Args:
         robot: who is pushed; its leg speed is replaced by `leg_speeds`.
         velocity: commanded (v_x, v_y) [m/s].
-        methods: keys of `control.methods`.
+        methods: keys of `control.registry`.
         directions: how many, evenly around; 4 are forward, outward, back and inward.
         phases: how many, evenly over a step.
         leg_speeds: limits of the swing foot; inf for none [m/s].
@@ -116,7 +116,7 @@ class Comparison(Study):
 
     def __post_init__(self) -> None:
         for key in self.methods:
-            method(key)
+            find_method(key)
         for key in self.disturbances:
             named_disturbance(key)
         for name, usual in (("directions", 4), ("phases", 8), ("seeds", 3)):
@@ -156,7 +156,7 @@ class Comparison(Study):
     def measured_as(self, cell: Cell) -> Cell:
         """See `Study`. Fixed steps are the same steps, to the bit, on every leg that is fast enough
         for them, if nothing disturbs them."""
-        fixed = method(cell.method).fixed_steps and cell.disturbance == UNDISTURBED
+        fixed = find_method(cell.method).fixed_steps and cell.disturbance == UNDISTURBED
         if fixed and cell.leg_speed >= self.walk.gait.swing_speed:
             return replace(cell, leg_speed=math.inf)
         return cell

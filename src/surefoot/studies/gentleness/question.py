@@ -11,7 +11,7 @@ from dataclasses import asdict, dataclass
 from itertools import product
 from typing import Any, ClassVar
 
-from surefoot.control.methods import method
+from surefoot.control.registry import find_method
 from surefoot.studies.engine.cells import Row
 from surefoot.studies.engine.push_answer import answer
 from surefoot.studies.engine.pushed_walk import PushCell, PushedWalk, check_sizes, push_cells
@@ -56,7 +56,7 @@ class Gentleness(Study):
         velocity: commanded (v_x, v_y) [m/s].
         impulses: [N s].
         leg_speeds: limits of the swing foot; inf for none [m/s].
-        methods: two keys of `control.methods`.
+        methods: two keys of `control.registry`.
 
     Raises:
         ParameterError: no such method, or a number is out of range.
@@ -72,7 +72,7 @@ class Gentleness(Study):
 
     def __post_init__(self) -> None:
         for key in self.methods:
-            method(key)
+            find_method(key)
         check_sizes("impulses", self.impulses, "N s")
         check_sizes("leg_speeds", self.leg_speeds, "m/s", endless=True)
         for leg_speed in self.leg_speeds:
