@@ -17,7 +17,7 @@ from click.testing import CliRunner
 import surefoot as sf
 from surefoot.cli import main
 from surefoot.control.settings import load_settings, settings, with_settings
-from surefoot.studies.gentleness.gentleness import Answer
+from surefoot.studies.engine.push_answer import Answer
 from surefoot.studies.tune.command import PREFERENCES as OFFERED
 from surefoot.studies.tune.knobs import (
     Knob,

@@ -12,6 +12,10 @@ from surefoot.dcm.pushes import DIRECTIONS
 from surefoot.show import palette
 from surefoot.show.halo import HALO
 
+FOOT_BAND = "#d7e3ea"
+REACH = "#f1f5f7"
+LIMIT = "#222222"
+
 
 def draw_rings(ax: PolarAxes, near: Callable[[float], float]) -> None:
     """Draw rings with their impulses, and the names of the directions around.

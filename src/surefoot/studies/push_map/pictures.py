@@ -19,8 +19,7 @@ from numpy.typing import NDArray
 from surefoot.dcm.pushes import DIRECTIONS
 from surefoot.show import palette
 from surefoot.show.halo import HALO
-from surefoot.studies.engine.polar_rings import draw_rings
-from surefoot.studies.engine.push_map import FOOT_BAND, LIMIT
+from surefoot.studies.engine.polar_rings import FOOT_BAND, LIMIT, draw_rings
 from surefoot.studies.push_map.map_numbers import MapNumbers, finding, origin
 
 HEADING = "How hard a push is survived, from any side at any time"
