@@ -63,11 +63,11 @@ def report(numbers: MapNumbers) -> Report:
             _axes_table(numbers),
             Figure(
                 f"{study.NAME}.png", "All directions and phases in colours",
-                lambda: heat_figure(numbers), embedded=False,
+                lambda: heat_figure(numbers), page="none",
             ),
             Figure(
                 f"{study.NAME}-polar.png", "Polar maps of all phases",
-                lambda: polar_figure(numbers), embedded=False,
+                lambda: polar_figure(numbers), page="none",
             ),
             Details("By phase", [_phase_table(numbers)], folded=True),
             Details("What was measured, and how", [*map(Text, protocol(study))]),

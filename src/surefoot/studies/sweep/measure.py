@@ -159,12 +159,11 @@ def _limit(step: float, one: Situation) -> dict[str, Any]:
         disturbance=one.disturbance,
         must_settle=one.disturbance is None,
     )
-    failed = math.isfinite(found.impulse)
     return {
         "outcome": "measured",
         "impulse": found.impulse,
         "delta_v": found.delta_v,
-        "failure": ("fell" if found.fell else "unsettled") if failed else "none",
+        "failure": found.failure,
         "limit": limit,
         "share": found.survived / limit if limit > 0.0 else math.nan,
     }

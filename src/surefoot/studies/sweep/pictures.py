@@ -14,8 +14,7 @@ from matplotlib.patches import Patch, Rectangle
 
 from surefoot.checks import check_writable
 from surefoot.show import palette
-from surefoot.show.picture_file import write_picture
-from surefoot.studies.engine.push_map import FORMATS
+from surefoot.show.picture_file import FORMATS, write_picture
 from surefoot.studies.engine.study import Measured
 from surefoot.studies.sweep.axes import NOTHING_FAILED, name_places
 from surefoot.studies.sweep.columns import Column, Quantity, column, quantity, quantity_name

@@ -57,7 +57,7 @@ def _cell_table(measured: Measured[Sweep]) -> Table:
     study = measured.study
     shown = {name: one.head for name, one in RESULTS[study.measures].items() if one.head}
     rows = [[_word(row[name]) for name in (*study.vary, *shown)] for row in measured.rows]
-    return Table("", "", (*study.vary, *shown.values()), rows)
+    return Table("", "", (*study.vary, *shown.values()), rows, names=len(study.vary))
 
 
 def _word(value: Any) -> str:

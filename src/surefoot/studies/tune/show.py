@@ -33,21 +33,14 @@ def report(tuned: Tuned, command: str) -> Report:
         origin=(f"{about['trials']} trials", f"seed {about['seed']}"),
         parts=[
             *(Text(words) for words in told if words),
-            Table(
-                "Does it hold?", verdict(tuned), COLUMNS[:5],
-                [row[:5] for row in score_rows(tuned)],
-            ),
+            Table("Does it hold?", verdict(tuned), COLUMNS, score_rows(tuned), names=2),
             Figure(
                 "tune.png", "Survival over gentleness of every trial",
                 lambda: tune_figure(tuned),
             ),
             Details(
                 "What is measured",
-                [
-                    Text(" ".join([RULE, f"The small pushes have {about['small push']}.", *alone])),
-                    Table("", "", (*COLUMNS[:2], *COLUMNS[5:]),
-                          [(*row[:2], *row[5:]) for row in score_rows(tuned)]),
-                ],
+                [Text(" ".join([RULE, f"The small pushes have {about['small push']}.", *alone]))],
             ),
             Details(
                 "What else there is",

@@ -2,8 +2,8 @@ from __future__ import annotations
 
 import math
 import re
+from functools import partial
 from itertools import combinations
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,18 +13,21 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
-from push_comparison import METHODS, PROVENANCE, measured_rows
-from surefoot.errors import FileError, ParameterError
+from push_comparison import METHODS, comparison, measured_rows
+from surefoot.errors import ParameterError
 from surefoot.show import palette
 from surefoot.show.method_marks import MARKS, mark
-from surefoot.studies.compare.comparison import Comparison, comparison
-from surefoot.studies.compare.fraction_figure import draw_fractions, fraction_figure
-from surefoot.studies.engine.push_map import draw_push_map, push_map_figure
+from surefoot.studies.compare.fraction_figure import fraction_figure
+from surefoot.studies.compare.polar_figure import polar_figure
+from surefoot.studies.compare.question import Comparison
+from surefoot.studies.compare.scores import score, select, survived, unbroken, values
+from surefoot.studies.engine.report import Figure as Drawn
+from surefoot.studies.engine.study import Measured
 
 
-def measured(directions: int = 8, phases: int = 8, **options: Any) -> Comparison:
+def measured(directions: int = 8, phases: int = 8, **options: Any) -> Measured[Comparison]:
     options = {"speeds": (3.0, math.inf), "durations": (0.2,), **options}
-    return comparison(measured_rows(directions, phases, **options), METHODS, PROVENANCE)
+    return comparison(measured_rows(directions, phases, **options))
 
 
 def drawn(figure: Figure, pattern: str) -> list[Any]:
@@ -37,32 +40,33 @@ def line(figure: Figure, name: str) -> np.ndarray:
 
 
 @pytest.fixture(scope="module")
-def eight() -> tuple[Comparison, Figure]:
-    values = measured()
+def eight() -> tuple[Measured[Comparison], Figure]:
+    found = measured()
     with style.context(["default", palette.STYLE]):
-        figure = push_map_figure(values)
+        figure = polar_figure(found)
         figure.draw_without_rendering()
-    return values, figure
+    return found, figure
 
 
-def test_there_is_one_map_for_each_phase(eight: tuple[Comparison, Figure]) -> None:
-    values, figure = eight
+def test_there_is_one_map_for_each_phase(eight: tuple[Measured[Comparison], Figure]) -> None:
+    found, figure = eight
     titles = [ax.get_title(loc="left") for ax in figure.axes]
-    assert titles == [f"phase {phase:.3g}" for phase in values.phases]
+    assert titles == [f"phase {phase:.3g}" for phase in values(found.rows, "phase")]
     assert len({ax.get_ylim() for ax in figure.axes}) == 1
 
 
-def test_radii_are_what_was_survived(eight: tuple[Comparison, Figure]) -> None:
-    values, figure = eight
-    for cell in values.select(leg_speed=3.0):
-        points = line(figure, f"{cell.method}-{cell.phase:g}")
-        at = points[np.argmin(np.abs(points[:, 0] - math.radians(cell.angle)))]
-        assert at == pytest.approx((math.radians(cell.angle), cell.survived))
-        ((angle, radius),) = line(figure, f"{cell.method}-{cell.phase:g}-{cell.angle:g}")
-        assert (angle, radius) == pytest.approx((math.radians(cell.angle), cell.survived))
+def test_radii_are_what_was_survived(eight: tuple[Measured[Comparison], Figure]) -> None:
+    found, figure = eight
+    for row in select(found.rows, leg_speed=3.0):
+        key, phase, angle = row["method"], row["phase"], row["angle"]
+        expected = pytest.approx((math.radians(angle), survived(row)))
+        points = line(figure, f"{key}-{phase:g}")
+        assert points[np.argmin(np.abs(points[:, 0] - math.radians(angle)))] == expected
+        ((turn, radius),) = line(figure, f"{key}-{phase:g}-{angle:g}")
+        assert (turn, radius) == expected
 
 
-def test_forward_is_up_and_outward_is_left(eight: tuple[Comparison, Figure]) -> None:
+def test_forward_is_up_and_outward_is_left(eight: tuple[Measured[Comparison], Figure]) -> None:
     _, figure = eight
     ax = figure.axes[0]
     centre = ax.transData.transform((0.0, 0.0))
@@ -77,33 +81,35 @@ def test_forward_is_up_and_outward_is_left(eight: tuple[Comparison, Figure]) -> 
 
 @pytest.mark.parametrize("directions", [8, 72])
 def test_the_limit_encloses_every_method(directions: int) -> None:
-    values = measured(directions, 2)
-    figure = push_map_figure(values)
-    for phase in values.phases:
+    found = measured(directions, 2)
+    figure = polar_figure(found)
+    for phase in values(found.rows, "phase"):
         outer = line(figure, f"limit-finite-{phase:g}")
         assert len(outer) == directions + 1
         assert outer[0, 1] == outer[-1, 1]
         assert (line(figure, f"limit-point-{phase:g}")[:, 1] <= outer[:, 1]).all()
-        for method in values.methods:
-            if drawn(figure, re.escape(f"{method.key}-{phase:g}")):
-                inner = line(figure, f"{method.key}-{phase:g}")[:, 1]
+        for method in METHODS:
+            if drawn(figure, re.escape(f"{method['key']}-{phase:g}")):
+                inner = line(figure, f"{method['key']}-{phase:g}")[:, 1]
                 assert (inner[np.isfinite(inner)] <= outer[np.isfinite(inner), 1]).all()
 
 
 def test_four_directions_claim_nothing_in_between() -> None:
-    values = measured(4, 1)
-    figure = push_map_figure(values)
+    found = measured(4, 1)
+    figure = polar_figure(found)
     assert drawn(figure, "limit-finite-0") == []
     assert len(drawn(figure, r"limit-finite-0-[\d.]+")) == 4
-    for method in values.methods:
-        (guide,) = drawn(figure, re.escape(f"{method.key}-0"))
+    for method in METHODS:
+        (guide,) = drawn(figure, re.escape(f"{method['key']}-0"))
         assert guide.get_linestyle() not in ("-", "solid")
         assert guide.get_linewidth() < 1.0
-        assert len(drawn(figure, rf"{method.key}-0-[\d.]+")) == 4
+        assert len(drawn(figure, rf"{method['key']}-0-[\d.]+")) == 4
     assert "what the sole adds" not in [text.get_text() for text in figure.legends[0].texts]
 
 
-def test_what_was_not_measured_is_a_gap_and_is_named(eight: tuple[Comparison, Figure]) -> None:
+def test_what_was_not_measured_is_a_gap_and_is_named(
+    eight: tuple[Measured[Comparison], Figure],
+) -> None:
     _, figure = eight
     assert np.isnan(line(figure, "capture_point-0.25")[:, 1]).sum() == 2
     assert not drawn(figure, r"capture_point-0\.25-(135|180)")
@@ -115,33 +121,36 @@ def test_what_was_not_measured_is_a_gap_and_is_named(eight: tuple[Comparison, Fi
 
 
 def test_markers_tell_how_a_push_failed() -> None:
-    values = measured(8, 1)
-    figure = push_map_figure(values, leg_speed=math.inf)
+    found = measured(8, 1)
+    figure = polar_figure(found, leg_speed=math.inf)
     kinds = {"fell": 0, "unsettled": 0, "none": 0}
-    for cell in values.select(leg_speed=math.inf):
-        (marker,) = drawn(figure, re.escape(f"{cell.method}-0-{cell.angle:g}"))
+    for row in select(found.rows, leg_speed=math.inf):
+        name = f"{row['method']}-0-{row['angle']:g}"
+        (marker,) = drawn(figure, re.escape(name))
         hollow = to_hex(marker.get_markerfacecolor()) == "#ffffff"
-        assert hollow == (cell.failure == "unsettled")
-        assert bool(drawn(figure, f"{cell.method}-0-{cell.angle:g}-open")) == cell.unbroken
-        kinds[cell.failure] += 1
+        assert hollow == (row["failure"] == "unsettled")
+        assert bool(drawn(figure, f"{name}-open")) == unbroken(row)
+        kinds[row["failure"]] += 1
     assert min(kinds.values()) > 0
     legend = [text.get_text() for text in figure.legends[0].texts]
     assert {"did not settle", "nothing failed so far"} <= set(legend)
 
 
-def test_the_title_says_robot_leg_speed_and_duration(eight: tuple[Comparison, Figure]) -> None:
-    values, figure = eight
+def test_the_title_says_robot_leg_speed_and_duration(
+    eight: tuple[Measured[Comparison], Figure],
+) -> None:
+    found, figure = eight
     assert figure.get_suptitle().split("  ·  ") == [
         "paper-biped", "leg speed 3 m/s", "pushes of 0.2 s",
     ]  # fmt: skip
-    unlimited = push_map_figure(values, leg_speed=math.inf).get_suptitle()
+    unlimited = polar_figure(found, leg_speed=math.inf).get_suptitle()
     assert "unlimited leg speed" in unlimited
 
 
 @pytest.mark.parametrize("shape", [(8, 8), (72, 2), (4, 4), (8, 1), (4, 3)])
 def test_words_of_a_map_do_not_overlap(shape: tuple[int, int]) -> None:
     with style.context(["default", palette.STYLE]):
-        figure = push_map_figure(measured(*shape))
+        figure = polar_figure(measured(*shape))
         renderer = FigureCanvasAgg(figure).get_renderer()
         figure.draw(renderer)
     words = drawn(figure, "direction-.*|absent-.*") + figure.legends[0].get_texts()
@@ -177,53 +186,45 @@ def test_marks_stand_out_from_their_ground(how: Any) -> None:
 
 
 def test_shares_and_times_are_those_measured() -> None:
-    values = measured()
-    figure = fraction_figure(values)
-    for method in values.methods:
-        for speed in values.leg_speeds:
-            score = values.score(method, values.select(leg_speed=speed))
-            if not score.cells:
-                (word,) = drawn(figure, f"absent-{method.key}-{speed:g}")
+    found = measured()
+    figure = fraction_figure(found)
+    for method in METHODS:
+        key = method["key"]
+        for speed in values(found.rows, "leg_speed"):
+            own = score(key, select(found.rows, leg_speed=speed))
+            if not own.cells:
+                (word,) = drawn(figure, f"absent-{key}-{speed:g}")
                 assert word.get_text() == "not measured"
                 continue
-            assert line(figure, f"mean-{method.key}-{speed:g}")[0, 0] == pytest.approx(
-                100.0 * score.mean
-            )
-            assert line(figure, f"worst-{method.key}-{speed:g}")[0, 0] == pytest.approx(
-                100.0 * score.worst
-            )
-            partial = drawn(figure, f"partial-{method.key}-{speed:g}")
+            for kind, share in (("mean", own.mean), ("worst", own.worst)):
+                shown = line(figure, f"{kind}-{key}-{speed:g}")[0, 0]
+                assert shown == pytest.approx(100.0 * share)
+            partial = drawn(figure, f"partial-{key}-{speed:g}")
             assert [text.get_text() for text in partial] == (
-                [] if score.complete else [f"{score.cells} of {score.possible}"]
+                [] if own.complete else [f"{own.cells} of {own.possible}"]
             )
-        assert line(figure, f"p50-{method.key}")[0, 0] == method.decision_p50
-        assert line(figure, f"p99.9-{method.key}")[0, 0] == method.decision_p99_9
+        assert line(figure, f"p50-{key}")[0, 0] == method["decision_p50"]
+        assert line(figure, f"p99.9-{key}")[0, 0] == method["decision_p99_9"]
     assert figure.axes[-1].get_xscale() == "log"
 
 
-@pytest.mark.parametrize("ending", [".png", ".pdf", ".svg"])
-def test_the_same_comparison_gives_the_same_bytes(tmp_path: Path, ending: str) -> None:
-    values = measured(4, 2)
-    for draw in (draw_push_map, draw_fractions):
-        draw(values, tmp_path / f"one{ending}")
+@pytest.mark.parametrize("ending", ["png", "pdf", "svg"])
+def test_the_same_comparison_gives_the_same_bytes(ending: str) -> None:
+    found = measured(4, 2)
+    for draw in (polar_figure, fraction_figure):
+        picture = Drawn(f"picture.{ending}", "", partial(draw, found))
+        data = picture.content()
         with rc_context({"axes.facecolor": "black", "font.size": 30.0}):
-            draw(values, tmp_path / f"two{ending}")
-        data = (tmp_path / f"one{ending}").read_bytes()
-        assert data == (tmp_path / f"two{ending}").read_bytes()
+            assert picture.content() == data
         assert not re.search(rb"Date|Creation", data)
 
 
-def test_wrong_choices_are_told(tmp_path: Path) -> None:
-    values = measured(4, 1)
+def test_wrong_choices_are_told() -> None:
+    found = measured(4, 1)
     with pytest.raises(ParameterError, match=r"`leg_speed` that was measured: 3, inf; got 5\.0"):
-        push_map_figure(values, leg_speed=5.0)
+        polar_figure(found, leg_speed=5.0)
     with pytest.raises(ParameterError, match=r"`push_duration` that was measured: 0\.2; got 0\.5"):
-        draw_push_map(values, tmp_path / "map.png", push_duration=0.5)
-    for draw in (draw_push_map, draw_fractions):
-        with pytest.raises(FileError, match=r"expected a path ending in \.png, \.pdf, \.svg"):
-            draw(values, tmp_path / "map.bmp")
-    assert list(tmp_path.iterdir()) == []
+        polar_figure(found, push_duration=0.5)
     rows = measured_rows(4, 1, (3.0,), (0.2,)) + measured_rows(4, 1, (6.0,), (0.4,))
-    apart = comparison(rows, METHODS, PROVENANCE)
     with pytest.raises(ParameterError, match=r"measured together; got 3 m/s and 0\.4 s; choose"):
-        push_map_figure(apart, 3.0, 0.4)
+        polar_figure(comparison(rows), 3.0, 0.4)

@@ -1,15 +1,13 @@
-"""Push maps: how strong a push each method survives in every direction, and the limit around."""
+"""Polar maps: how strong a push each method survives in every direction, and the limit around."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
-from matplotlib import style
 from matplotlib.artist import Artist
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -17,27 +15,24 @@ from matplotlib.patches import Patch
 from matplotlib.path import Path as Outline
 from matplotlib.projections.polar import PolarAxes
 
-from surefoot.checks import check_writable
 from surefoot.errors import ParameterError
 from surefoot.show import palette
 from surefoot.show.method_marks import Mark, mark
-from surefoot.show.picture_file import marker_path, write_picture
-from surefoot.studies.compare.comparison import Cell, Comparison, choose
-from surefoot.studies.engine.polar_rings import draw_rings
+from surefoot.show.picture_file import marker_path
+from surefoot.studies.compare.question import Comparison
+from surefoot.studies.compare.scores import choose, select, survived, unbroken, values
+from surefoot.studies.engine.cells import Row
+from surefoot.studies.engine.polar_rings import FIXED_DASH, FOOT_BAND, LIMIT, draw_rings
+from surefoot.studies.engine.study import Measured
 from surefoot.studies.engine.words import speed_words
-
-FORMATS = (".png", ".pdf", ".svg")
-"""The endings that a picture's file may have."""
 
 COARSE = 8
 """With fewer directions than these, nothing is drawn between them but a thin guide."""
 
-FOOT_BAND = "#d7e3ea"
 REACH = "#f1f5f7"
-LIMIT = "#222222"
 
 _WIDTH, _LARGEST, _GAP, _BELOW, _HEAD = 12.5, 5.4, 0.4, 0.7, 1.05
-_FIXED_DASH, _LONG_DASHES = (0, (1, 1.6)), (0, (4, 1.6))
+_LONG_DASHES = (0, (4, 1.6))
 _WEDGE = math.radians(14.0)
 
 
@@ -60,13 +55,13 @@ class _Map:
 
     Attributes:
         phase: fraction of the step at which the pushes start.
-        cells: what was measured there.
+        rows: what was measured there.
         angles: directions of the whole picture [deg].
         large: whether there is room for larger markers.
     """
 
     phase: float
-    cells: Sequence[Cell]
+    rows: Sequence[Row]
     angles: Sequence[float]
     large: bool
 
@@ -76,48 +71,25 @@ class _Map:
 
     def limits(self, name: str) -> list[float]:
         """A limit in every direction, nan where nothing was measured [N s]."""
-        found = {cell.angle: getattr(cell, name) for cell in self.cells}
+        found = {row["angle"]: row[name] for row in self.rows}
         return [found.get(angle, math.nan) for angle in self.angles]
 
     def limit_near(self, angle: float) -> float:
         """The finite-foot limit in the measured direction closest to one [N s]."""
-        return min(self.cells, key=lambda cell: abs(cell.angle - angle)).limit_finite
+        return min(self.rows, key=lambda row: abs(row["angle"] - angle))["limit_finite"]
 
 
-def draw_push_map(
-    measured: Comparison,
-    path: Path,
+def polar_figure(
+    measured: Measured[Comparison],
     leg_speed: float | None = None,
     push_duration: float | None = None,
-) -> None:
-    """Draw the push maps of one leg speed and push duration into a file.
-
-    Args:
-        measured: the comparison.
-        path: file to write; its ending names the format (.png, .pdf, .svg).
-        leg_speed: one that was measured; 3 m/s or the closest if None [m/s].
-        push_duration: one that was measured; 0.2 s or the closest if None [s].
-
-    Raises:
-        FileError: another ending, or the file cannot be written.
-        ParameterError: nothing was measured there.
-    """
-    path = Path(path)
-    check_writable(path, FORMATS)
-    with style.context(["default", palette.STYLE]):
-        figure = push_map_figure(measured, leg_speed, push_duration)
-    write_picture(figure, path, figure.get_suptitle())
-
-
-def push_map_figure(
-    measured: Comparison, leg_speed: float | None = None, push_duration: float | None = None
 ) -> Figure:
     """One map for each phase, all to the same scale, seen from above with forward up.
 
     Args:
-        measured: the comparison.
-        leg_speed: as for `draw_push_map` [m/s].
-        push_duration: as for `draw_push_map` [s].
+        measured: what was measured.
+        leg_speed: one that was measured; 3 m/s or the closest if None [m/s].
+        push_duration: one that was measured; 0.2 s or the closest if None [s].
 
     Returns:
         A figure of its own, not known to pyplot.
@@ -125,35 +97,35 @@ def push_map_figure(
     Raises:
         ParameterError: nothing was measured there.
     """
-    choice = choose(measured, leg_speed=leg_speed, push_duration=push_duration)
-    cells = measured.select(leg_speed=choice.leg_speed, push_duration=choice.push_duration)
-    if not cells:
+    choice = choose(measured.rows, leg_speed=leg_speed, push_duration=push_duration)
+    rows = select(measured.rows, leg_speed=choice.leg_speed, push_duration=choice.push_duration)
+    if not rows:
         raise ParameterError(
             "a leg speed and a push duration that were measured together",
             f"{choice.leg_speed:g} m/s and {choice.push_duration:g} s",
             "choose another pair",
         )
-    phases = [phase for phase in measured.phases if any(cell.phase == phase for cell in cells)]
+    phases, angles = values(rows, "phase"), values(measured.rows, "angle")
     columns = min(len(phases), 4)
-    rows = math.ceil(len(phases) / columns)
+    lines = math.ceil(len(phases) / columns)
     size = min(_LARGEST, (_WIDTH - _GAP * (columns + 1)) / columns)
-    handles = _legend(measured, cells)
+    handles = _legend(measured, rows)
     legend_lines = math.ceil(len(handles) / 4)
     foot = 0.12 + 0.21 * legend_lines
-    height = _HEAD + rows * (size + _BELOW) + foot
+    height = _HEAD + lines * (size + _BELOW) + foot
     figure = Figure(figsize=(_WIDTH, height), facecolor="white")
     left = 0.5 * (_WIDTH - columns * size - (columns - 1) * _GAP)
-    outer = max(max(cell.limit_finite, cell.survived) for cell in cells)
+    outer = max(max(row["limit_finite"], survived(row)) for row in rows)
     for index, phase in enumerate(phases):
-        row, column = divmod(index, columns)
-        bottom = height - _HEAD - row * (size + _BELOW) - size
+        line, column = divmod(index, columns)
+        bottom = height - _HEAD - line * (size + _BELOW) - size
         place = (
             (left + column * (size + _GAP)) / _WIDTH, bottom / height,
             size / _WIDTH, size / height,
         )  # fmt: skip
         ax: PolarAxes = figure.add_axes(place, projection="polar")  # type: ignore[assignment]
-        here = [cell for cell in cells if cell.phase == phase]
-        _draw_map(ax, measured, _Map(phase, here, measured.angles, columns < 3), outer)
+        here = select(rows, phase=phase)
+        _draw_map(ax, measured, _Map(phase, here, angles, columns < 3), outer)
     _headline(figure, measured, choice.leg_speed, choice.push_duration)
     figure.legend(
         handles=handles, loc="lower center", ncols=4, frameon=False, handlelength=2.6,
@@ -162,7 +134,9 @@ def push_map_figure(
     return figure
 
 
-def _headline(figure: Figure, measured: Comparison, leg_speed: float, push_duration: float) -> None:
+def _headline(
+    figure: Figure, measured: Measured[Comparison], leg_speed: float, push_duration: float
+) -> None:
     up = 1.0 / figure.get_figheight()
     robot = measured.provenance.get("robot", "")
     parts = [robot, speed_words(leg_speed), f"pushes of {push_duration:g} s"]
@@ -178,19 +152,20 @@ def _headline(figure: Figure, measured: Comparison, leg_speed: float, push_durat
     )  # fmt: skip
 
 
-def _draw_map(ax: PolarAxes, measured: Comparison, at: _Map, outer: float) -> None:
+def _draw_map(ax: PolarAxes, measured: Measured[Comparison], at: _Map, outer: float) -> None:
     ax.set_theta_zero_location("N")
     ax.set_rlim(0.0, 1.06 * outer)
     ax.set_title(f"phase {at.phase:.3g}", loc="left", fontsize=9.0, fontweight="bold", pad=13.0)
     draw_rings(ax, at.limit_near)
     _draw_limits(ax, at)
     # The first method lies on top.
-    for index, method in reversed(list(enumerate(measured.methods))):
-        cells = {cell.angle: cell for cell in at.cells if cell.method == method.key}
-        if cells:
-            _draw_method(ax, at, method.key, cells, mark(index), 4.0 - 0.1 * index)
-    there = {cell.method for cell in at.cells}
-    absent = [method.label for method in measured.methods if method.key not in there]
+    methods = measured.notes["methods"]
+    for index, method in reversed(list(enumerate(methods))):
+        own = {row["angle"]: row for row in select(at.rows, method=method["key"])}
+        if own:
+            _draw_method(ax, at, method["key"], own, mark(index), 4.0 - 0.1 * index)
+    there = {row["method"] for row in at.rows}
+    absent = [method["label"] for method in methods if method["key"] not in there]
     if absent:
         who = absent[0] if len(absent) == 1 else f"{len(absent)} methods"
         ax.text(
@@ -211,7 +186,7 @@ def _draw_limits(ax: PolarAxes, at: _Map) -> None:
         for name, radii, options in (
             ("finite", finite, {"color": LIMIT, "linewidth": 1.6}),
             ("point", point, {"color": LIMIT, "linewidth": 0.9, "linestyle": palette.DASHES}),
-            ("fixed", fixed, {"color": palette.QUIET, "linewidth": 0.9, "linestyle": _FIXED_DASH}),
+            ("fixed", fixed, {"color": palette.QUIET, "linewidth": 0.9, "linestyle": FIXED_DASH}),
         ):
             for angle, radius in zip(np.radians(at.angles), radii, strict=True):
                 arc = np.linspace(angle - _WEDGE, angle + _WEDGE, 15)
@@ -232,16 +207,16 @@ def _draw_limits(ax: PolarAxes, at: _Map) -> None:
         gid=f"limit-point-{at.phase:g}",
     )  # fmt: skip
     ax.plot(
-        *_closed(at.angles, fixed), color=palette.QUIET, linewidth=0.9, linestyle=_FIXED_DASH,
+        *_closed(at.angles, fixed), color=palette.QUIET, linewidth=0.9, linestyle=FIXED_DASH,
         zorder=2.3, gid=f"limit-fixed-{at.phase:g}",
     )  # fmt: skip
 
 
 def _draw_method(
-    ax: PolarAxes, at: _Map, key: str, cells: dict[float, Cell], how: Mark, order: float
+    ax: PolarAxes, at: _Map, key: str, rows: dict[float, Row], how: Mark, order: float
 ) -> None:
     """A line through the measured directions; it has a gap where one was not measured."""
-    radii = [cells[angle].survived if angle in cells else math.nan for angle in at.angles]
+    radii = [survived(rows[angle]) if angle in rows else math.nan for angle in at.angles]
     theta, closed = _closed(at.angles, radii)
     width = 0.6 if at.coarse else 1.1
     ax.plot(
@@ -252,51 +227,51 @@ def _draw_method(
     size = 5.0 if at.large or at.coarse else 3.6
     every = max(1, len(at.angles) // 16)
     for index, angle in enumerate(at.angles):
-        if angle not in cells or index % every:
+        if angle not in rows or index % every:
             continue
-        cell = cells[angle]
+        row, radius = rows[angle], survived(rows[angle])
         ax.plot(
-            math.radians(angle), cell.survived, marker=marker_path(how),
+            math.radians(angle), radius, marker=marker_path(how),
             markersize=size, color=how.colour, markeredgewidth=0.8, zorder=order + 0.05,
-            markerfacecolor="white" if cell.failure == "unsettled" else how.colour, clip_on=False,
+            markerfacecolor="white" if row["failure"] == "unsettled" else how.colour, clip_on=False,
             linestyle="none", gid=f"{key}-{at.phase:g}-{angle:g}",
         )  # fmt: skip
-        if cell.unbroken:
-            tip = cell.survived + 0.07 * ax.get_rmax()
+        if unbroken(row):
+            tip = radius + 0.07 * ax.get_rmax()
             ax.plot(
-                [math.radians(angle)] * 2, [cell.survived, tip], color=how.colour, zorder=order,
+                [math.radians(angle)] * 2, [radius, tip], color=how.colour, zorder=order,
                 linewidth=1.3, clip_on=False, gid=f"{key}-{at.phase:g}-{angle:g}-open",
             )  # fmt: skip
 
 
-def _legend(measured: Comparison, cells: Sequence[Cell]) -> list[Artist]:
-    coarse = len(measured.angles) < COARSE
-    shown = {cell.method for cell in cells}
+def _legend(measured: Measured[Comparison], rows: Sequence[Row]) -> list[Artist]:
+    coarse = len(values(measured.rows, "angle")) < COARSE
+    shown = {row["method"] for row in rows}
     handles: list[Artist] = [
         Line2D(
             [], [], color=mark(index).colour, marker=marker_path(mark(index)),
-            markersize=5.0, linewidth=0.6 if coarse else 1.1, label=method.label,
+            markersize=5.0, linewidth=0.6 if coarse else 1.1, label=method["label"],
             linestyle=palette.DOTS if coarse else _LONG_DASHES if mark(index).dashed else "-",
         )
-        for index, method in enumerate(measured.methods)
-        if method.key in shown
+        for index, method in enumerate(measured.notes["methods"])
+        if method["key"] in shown
     ]  # fmt: skip
     handles += [
         Line2D([], [], color=LIMIT, linewidth=1.4, label="limit of any policy"),
         Line2D([], [], color=LIMIT, linewidth=0.8, linestyle=palette.DASHES,
                label="limit on a point foot"),
-        Line2D([], [], color=palette.QUIET, linewidth=0.9, linestyle=_FIXED_DASH,
+        Line2D([], [], color=palette.QUIET, linewidth=0.9, linestyle=FIXED_DASH,
                label="limit of fixed steps"),
     ]  # fmt: skip
     if not coarse:
         handles.append(Patch(facecolor=FOOT_BAND, linewidth=0.0, label="what the sole adds"))
     quiet: dict[str, Any] = {"color": palette.QUIET, "linestyle": "none"}
-    if any(cell.failure == "unsettled" for cell in cells):
+    if any(row["failure"] == "unsettled" for row in rows):
         handles.append(
             Line2D([], [], marker="o", markersize=5.0, markerfacecolor="white",
                    label="did not settle", **quiet)
         )  # fmt: skip
-    if any(cell.unbroken for cell in cells):
+    if any(map(unbroken, rows)):
         handles.append(
             Line2D([], [], marker=_LOLLIPOP, markersize=12.0, label="nothing failed so far",
                    **quiet)

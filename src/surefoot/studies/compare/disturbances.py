@@ -16,15 +16,15 @@ from surefoot.robot.robot import Robot
 from surefoot.rollout.disturbance import Disturbance
 
 UNDISTURBED = "none"
-"""The key of the condition in which nothing is wrong."""
+"""The key of the walk that the others are compared with."""
 
 OFFSET = 0.02
 """By which CoM and DCM are seen beside their place [m]."""
 
 
 @dataclass(frozen=True)
-class Condition:
-    """One thing that is wrong in a walk.
+class NamedDisturbance:
+    """One way to disturb a walk, by its name.
 
     Attributes:
         key: its name on the command line.
@@ -66,65 +66,71 @@ class Condition:
         return Estimator(controller.robot, period=controller.period, **self.estimator)
 
 
-def _helped(condition: Condition, suffix: str, words: str, **parameters: float) -> Condition:
+def _helped(
+    one: NamedDisturbance, suffix: str, words: str, **parameters: float
+) -> NamedDisturbance:
     return replace(
-        condition,
-        key=f"{condition.key}+{suffix}",
-        label=f"{condition.label}, {words}",
+        one,
+        key=f"{one.key}+{suffix}",
+        label=f"{one.label}, {words}",
         estimator=MappingProxyType(parameters),
     )
 
 
-_NOISE = Condition(
+_NOISE = NamedDisturbance(
     "dcm-noise-5mm", "DCM noise 5 mm", Disturbance(dcm_noise=0.005), drawn=True
 )  # fmt: skip
-_VELOCITY = Condition(
+_VELOCITY = NamedDisturbance(
     "velocity-noise", "velocity noise 0.03 m/s", Disturbance(velocity_noise=0.03), drawn=True
 )
-_DELAY = Condition("delay-20ms", "delay 20 ms", Disturbance(delay=0.02))
-_BESIDE = Condition(
+_DELAY = NamedDisturbance("delay-20ms", "delay 20 ms", Disturbance(delay=0.02))
+_BESIDE = NamedDisturbance(
     "com-offset",
     "CoM offset 2 cm",
     offsets=((OFFSET, 0.0), (-OFFSET, 0.0), (0.0, OFFSET), (0.0, -OFFSET)),
 )
 
-CONDITIONS = (
-    Condition(UNDISTURBED, "undisturbed"),
-    Condition("dcm-noise-1mm", "DCM noise 1 mm", Disturbance(dcm_noise=0.001), drawn=True),
+DISTURBANCES = (
+    NamedDisturbance(UNDISTURBED, "undisturbed"),
+    NamedDisturbance("dcm-noise-1mm", "DCM noise 1 mm", Disturbance(dcm_noise=0.001), drawn=True),
     _NOISE,
     _helped(_NOISE, "filter", "filtered", filter_time=0.01),
     _VELOCITY,
     _helped(_VELOCITY, "filter", "filtered", filter_time=0.01),
-    Condition("delay-5ms", "delay 5 ms", Disturbance(delay=0.005)),
-    Condition("delay-10ms", "delay 10 ms", Disturbance(delay=0.01)),
+    NamedDisturbance("delay-5ms", "delay 5 ms", Disturbance(delay=0.005)),
+    NamedDisturbance("delay-10ms", "delay 10 ms", Disturbance(delay=0.01)),
     _DELAY,
     _helped(_DELAY, "prediction", "predicted", delay=0.02),
-    Condition("height+10%", "CoM 10 % higher", height=1.1),
-    Condition("height-10%", "CoM 10 % lower", height=0.9),
-    Condition("mass+10%", "mass 10 % more", mass=1.1),
-    Condition("mass-10%", "mass 10 % less", mass=0.9),
+    NamedDisturbance("height+10%", "CoM 10 % higher", height=1.1),
+    NamedDisturbance("height-10%", "CoM 10 % lower", height=0.9),
+    NamedDisturbance("mass+10%", "mass 10 % more", mass=1.1),
+    NamedDisturbance("mass-10%", "mass 10 % less", mass=0.9),
     _BESIDE,
     _helped(_BESIDE, "estimate", "estimated", bias_time=0.3),
-    Condition("landing-error", "landing error 1 cm", Disturbance(landing_error=0.01), drawn=True),
-    Condition("early-touchdown", "touchdown 30 ms early", Disturbance(touchdown_shift=-0.03)),
-    Condition("late-touchdown", "touchdown 30 ms late", Disturbance(touchdown_shift=0.03)),
+    NamedDisturbance(
+        "landing-error", "landing error 1 cm", Disturbance(landing_error=0.01), drawn=True
+    ),
+    NamedDisturbance(
+        "early-touchdown", "touchdown 30 ms early", Disturbance(touchdown_shift=-0.03)
+    ),
+    NamedDisturbance("late-touchdown", "touchdown 30 ms late", Disturbance(touchdown_shift=0.03)),
 )
 """In the order in which they are shown; what helps follows what it helps against."""
 
 
-def condition(key: str) -> Condition:
-    """A condition by its name on the command line.
+def named_disturbance(key: str) -> NamedDisturbance:
+    """A disturbance by its name on the command line.
 
     Raises:
         ParameterError: there is none of that name.
     """
-    for one in CONDITIONS:
+    for one in DISTURBANCES:
         if one.key == key:
             return one
-    names = ", ".join(one.key for one in CONDITIONS)
+    names = ", ".join(one.key for one in DISTURBANCES)
     raise ParameterError(f"a disturbance ({names})", repr(key), "choose one of these")
 
 
-def every_condition() -> tuple[str, ...]:
-    """The keys of all conditions."""
-    return tuple(one.key for one in CONDITIONS)
+def every_disturbance() -> tuple[str, ...]:
+    """The keys of all disturbances."""
+    return tuple(one.key for one in DISTURBANCES)
