@@ -12,9 +12,11 @@ from surefoot.dcm.pushes import DIRECTIONS
 from surefoot.show import palette
 from surefoot.show.halo import HALO
 
-FOOT_BAND = "#d7e3ea"
-REACH = "#f1f5f7"
-LIMIT = "#222222"
+LIMIT, FOOT_BAND = "#222222", "#d7e3ea"
+"""Colours of the theoretical limit, and of what the sole adds to it."""
+
+FIXED_DASH = (0, (1, 1.6))
+"""Dashes of the limit of fixed steps."""
 
 
 def draw_rings(ax: PolarAxes, near: Callable[[float], float]) -> None:

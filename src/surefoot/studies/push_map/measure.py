@@ -13,6 +13,7 @@ from surefoot.dcm.push_limit import causal_push_limit, fixed_steps_limit, push_l
 from surefoot.dcm.pushes import PUSH
 from surefoot.rollout.outcome import recovery_time
 from surefoot.studies.engine.cells import Row
+from surefoot.studies.engine.scan import FAILURES
 from surefoot.worlds.point.batch import simulate_batch
 from surefoot.worlds.point.walks import Walks
 
@@ -20,11 +21,8 @@ if TYPE_CHECKING:
     from surefoot.studies.push_map.question import Cell, PushMap
 
 RECOVERED, UNSETTLED, FELL, NOT_WALKED = 0, 1, 2, -1
-"""What becomes of a walk: back on its gait in time after the push; still walking, but beside it; on
-the ground. And an impulse that the fast way has passed over."""
-
-FAILURES = ("none", "unsettled", "fell")
-"""The same in words, of the smallest impulse that fails."""
+"""What becomes of a walk, in the order of `FAILURES`: back on its gait in time after the push;
+still walking, but beside it; on the ground. And an impulse that the fast way has passed over."""
 
 WALK = np.dtype(
     [("fate", "i1"), ("recovery_steps", "i2"), ("recovery_time", "f8"), ("margin", "f8")]

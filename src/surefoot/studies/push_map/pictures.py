@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from surefoot.dcm.pushes import DIRECTIONS
 from surefoot.show import palette
 from surefoot.show.halo import HALO
-from surefoot.studies.engine.polar_rings import FOOT_BAND, LIMIT, draw_rings
+from surefoot.studies.engine.polar_rings import FIXED_DASH, FOOT_BAND, LIMIT, draw_rings
 from surefoot.studies.push_map.map_numbers import MapNumbers, finding, origin
 
 HEADING = "How hard a push is survived, from any side at any time"
@@ -33,7 +33,6 @@ SURVIVED = "#0072b2"
 SHARE = 90.0
 """Colours of shares begin here, or lower [%]."""
 
-_FIXED_DASH = (0, (1, 1.6))
 _WIDTH, _COLUMNS, _SIZE, _GAP = 12.5, 5, 2.04, 0.44
 
 _LETTERS = 150
@@ -198,7 +197,7 @@ def _draw_polar(ax: PolarAxes, numbers: MapNumbers, index: int, outer: float) ->
     ax.plot(*closed(limit), color=LIMIT, linewidth=2.6, zorder=2.5, gid=f"limit-{phase:g}")
     ax.plot(
         *closed(numbers.limit_fixed[index]), color=palette.QUIET, linewidth=0.9,
-        linestyle=_FIXED_DASH, zorder=2.3, gid=f"fixed-{phase:g}",
+        linestyle=FIXED_DASH, zorder=2.3, gid=f"fixed-{phase:g}",
     )  # fmt: skip
     ax.plot(
         *closed(survived), color=SURVIVED, linewidth=1.3, zorder=4.0, gid=f"survived-{phase:g}",
@@ -214,7 +213,7 @@ def _polar_legend(numbers: MapNumbers) -> list[Any]:
     handles: list[Any] = [
         Line2D([], [], color=SURVIVED, linewidth=1.3, label="largest survived impulse [N s]"),
         Line2D([], [], color=LIMIT, linewidth=2.6, label="theoretical limit"),
-        Line2D([], [], color=palette.QUIET, linewidth=0.9, linestyle=_FIXED_DASH,
+        Line2D([], [], color=palette.QUIET, linewidth=0.9, linestyle=FIXED_DASH,
                label="limit of fixed steps"),
     ]  # fmt: skip
     if (numbers.holes > 0).any():

@@ -38,24 +38,26 @@ def sweep(
     """Measure what becomes of a walk over any parameters: a grid, or values that are drawn.
 
     STUDY.toml says which parameters of robot, gait, controller, push and disturbance are set and
-    which vary. DIR/sweep.parquet holds a row for each combination. A study that was stopped or
-    killed goes on when the same command is given again, and measures nothing twice.
+    which vary. DIR/sweep.parquet holds a row for each combination, sweep.html and sweep.md say what
+    came out. A study that was stopped or killed goes on when the same command is given again, and
+    measures nothing twice.
 
     Exits with 1 if a cell could not be measured.
     """
+    check_plotting()
     from rich.console import Console
 
     from surefoot.checks import check_writable
     from surefoot.errors import ParameterError
     from surefoot.studies.engine.workers import Cluster
     from surefoot.studies.sweep.columns import quantity_name
-    from surefoot.studies.sweep.show import as_numbers, print_sweep
+    from surefoot.studies.sweep.pictures import draw_sweep
+    from surefoot.studies.sweep.show import as_numbers, report
     from surefoot.studies.sweep.study_file import load_study
 
     asked = load_study(study)
     folder = out or Path(study.stem)
     if plot is not None:
-        check_plotting()
         check_writable(plot, (".png", ".pdf", ".svg"))
         quantity_name(asked.measures, quantity)
     elif quantity is not None:
@@ -66,14 +68,15 @@ def sweep(
         found.failures,
         lambda cell: ", ".join(f"{name} = {one}" for name, one in asked.columns(cell).items()),
     )
+    shown = report(found, quantity)
+    page, *others = shown.write(folder)
     if plot is not None:
-        from surefoot.studies.sweep.pictures import draw_sweep
-
         draw_sweep(found, plot, quantity)
+        others.append(plot)
     if as_json:
         print_json(as_numbers(found))
     else:
-        print_sweep(found, Console())
-        table = folder / f"{asked.NAME}.parquet"
-        click.echo(f"\ntable: {table}" + (f", picture: {plot}" if plot else ""))
+        shown.print(Console())
+        table, rest = folder / f"{asked.NAME}.parquet", ", ".join(map(str, others))
+        click.echo(f"\npage: {page}, table: {table}, text and pictures: {rest}")
     sys.exit(status)

@@ -1,4 +1,4 @@
-"""A sweep in the terminal and for JSON: how its cells came out, and the cells if they are few."""
+"""What a sweep shows: how its cells came out, the cells themselves if they are few, a picture."""
 
 from __future__ import annotations
 
@@ -6,36 +6,58 @@ import math
 from collections import Counter
 from typing import Any
 
-from rich.console import Console
-from rich.table import Table
-
 from surefoot.studies.engine.cells import without_infinity
+from surefoot.studies.engine.report import Details, Figure, Report, Table, Text, word_table
 from surefoot.studies.engine.study import Measured
+from surefoot.studies.sweep.columns import quantity_name
 from surefoot.studies.sweep.measure import RESULTS
+from surefoot.studies.sweep.pictures import sweep_figure
 from surefoot.studies.sweep.question import Sweep
 
 MOST_ROWS = 40
 """A table that is longer is for a file."""
 
+MOST_ERRORS = 4
+"""So many reasons why a cell has no result are told, the frequent ones first."""
 
-def print_sweep(measured: Measured[Sweep], console: Console) -> None:
-    """Print how the cells came out, and the cells themselves if they are few."""
+
+def report(measured: Measured[Sweep], name: str | None = None) -> Report:
+    """All of a sweep.
+
+    Args:
+        measured: the sweep.
+        name: column that is drawn; the smallest failing impulse or who survived, if None.
+    """
     rows, study = measured.rows, measured.study
+    drawn = RESULTS[study.measures][quantity_name(study.measures, name)].words
     counts = Counter(row["outcome"] for row in rows)
     words = ", ".join(f"{count} {outcome}" for outcome, count in counts.most_common())
-    console.print(f"[bold]{study.title}[/bold]: {len(rows)} cells: {words}", highlight=False)
-    for error, count in Counter(row.get("error") for row in rows).most_common(4):
-        if error is not None:
-            console.print(f"  {count} x {error}", highlight=False, markup=False)
-    if len(rows) > MOST_ROWS:
-        return
+    errors = Counter(row["error"] for row in rows if row["error"] is not None)
+    told = [f"{count} x {error}" for error, count in errors.most_common(MOST_ERRORS)]
+    about = measured.provenance
+    return Report(
+        name=study.NAME,
+        heading=study.title,
+        origin=(study.robot.name, study.controller, study.sampling),
+        parts=[
+            Text(f"{len(rows)} cells: {words}"),
+            *map(Text, told),
+            *([_cell_table(measured)] if len(rows) <= MOST_ROWS else []),
+            Figure(
+                f"{study.NAME}.png",
+                f"{drawn[:1].upper()}{drawn[1:]}, over {', '.join(study.vary)}",
+                lambda: sweep_figure(measured, name),
+            ),
+            Details("Provenance", [word_table(("what", "value"), about)]),
+        ],
+    )
+
+
+def _cell_table(measured: Measured[Sweep]) -> Table:
+    study = measured.study
     shown = {name: one.head for name, one in RESULTS[study.measures].items() if one.head}
-    table = Table(box=None, pad_edge=False)
-    for name in (*study.vary, *shown.values()):
-        table.add_column(name, justify="right")
-    for row in rows:
-        table.add_row(*(_word(row.get(name)) for name in (*study.vary, *shown)))
-    console.print(table)
+    rows = [[_word(row[name]) for name in (*study.vary, *shown)] for row in measured.rows]
+    return Table("", "", (*study.vary, *shown.values()), rows, names=len(study.vary))
 
 
 def _word(value: Any) -> str:
