@@ -27,7 +27,7 @@ LADDER = [
     {"control"},
     {"rollout"},
     {"worlds"},
-    {"options"},
+    {"options", "conformance"},
     {"show"},
     {"live"},
     {"studies"},

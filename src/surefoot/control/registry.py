@@ -45,6 +45,11 @@ class Method:
         fixed_steps: whether it always steps as planned, so that the speed of the leg is no matter.
         leans: whether it turns the trunk as a flywheel, which a body in physics has none of.
         slow: whether one decision takes milliseconds, so that it is compared only if asked for.
+        nearness: how near to its nominal gait it walks undisturbed, if it follows it smoothly [m].
+        zmp_trace: how much of a lost observation is left in the next ZMP, if the ZMP moves on from
+            where it was [m].
+        given_footsteps: whether the step under way is given too, so that a new velocity begins with
+            the step after it.
         parameters: that make this variant of the class.
         rates: likewise, as multiples of the robot's omega.
         compared: what it is given beside these where methods are compared, each at its best.
@@ -61,6 +66,9 @@ class Method:
     fixed_steps: bool = False
     leans: bool = False
     slow: bool = False
+    nearness: float = 1e-9
+    zmp_trace: float = 1e-12
+    given_footsteps: bool = False
     parameters: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
     rates: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
     compared: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
