@@ -19,7 +19,8 @@ LONGEST_FUNCTION = 60
 
 LADDER = [
     {"errors", "version"},
-    {"checks", "compiled", "plugins", "record"},
+    {"plugins"},
+    {"checks", "compiled", "record"},
     {"geometry"},
     {"robot"},
     {"interface"},

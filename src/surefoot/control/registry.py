@@ -7,6 +7,7 @@ is imported before it is asked for.
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields, is_dataclass, replace
 from types import MappingProxyType
@@ -14,7 +15,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from surefoot.control.fields import documented
 from surefoot.errors import ParameterError
-from surefoot.plugins import load, places
+from surefoot.plugins import foreign_stamp, load, places
 
 if TYPE_CHECKING:
     from surefoot.interface import Controller
@@ -86,6 +87,14 @@ class Method:
             if given.get(name) is None:
                 given[name] = times * robot.omega
         return self.make(robot, velocity, **given)
+
+    @property
+    def sources(self) -> str:
+        """The content of the package that brings it, as a hash; "" for Surefoot's own.
+
+        What a study keeps of a method holds as long as this does.
+        """
+        return foreign_stamp(getattr(sys.modules.get(self.make.__module__), "__file__", None) or "")
 
     def takes(self, parameter: str) -> bool:
         """Whether its class has a parameter of this name."""
