@@ -147,10 +147,10 @@ def test_what_is_survived_is_one_step_below_what_fails(question: Question) -> No
     brain = sf.HybridController(question.robot, (0.5, 0.0))
     pushed = question.seen[0]
     found = sf.smallest_failing_push(
-        brain, (1.0, 0.0), start=question.protocol.push_start(0.0), step=question.protocol.step
+        brain, (1.0, 0.0), start=question.walk.start(0.0), step=question.scan_step
     )
-    assert survived(brain, question.protocol, pushed) == found.impulse - found.step
-    assert 0.0 < survived(brain, question.protocol, pushed) <= pushed.limit
+    assert survived(brain, question.walk, pushed, question.scan_step) == found.impulse - found.step
+    assert 0.0 < survived(brain, question.walk, pushed, question.scan_step) <= pushed.limit
 
 
 def effort_with(brain, **moved: float) -> float:
@@ -176,7 +176,14 @@ def test_effort_grows_with_everything_that_moves(quantity: str, robot: sf.Robot)
 def test_a_score_does_not_depend_on_the_threads(question: Question) -> None:
     brain = sf.HybridController(question.robot, (0.5, 0.0))
     one, two = (
-        score(brain, question.protocol, question.seen, question.impulse, workers=workers)
+        score(
+            brain,
+            question.walk,
+            question.seen,
+            question.impulse,
+            question.scan_step,
+            workers=workers,
+        )
         for workers in (1, 3)
     )
     assert one == two
@@ -198,7 +205,7 @@ def test_pushes_scale_with_the_robot(robot: sf.Robot) -> None:
     light = Question(robot.replace(mass=6.8), method="tracking", directions=2, phases=1)
     heavy = Question(robot.replace(mass=68.0), method="tracking", directions=2, phases=1)
     assert heavy.impulse == pytest.approx(10.0 * light.impulse, rel=0.05)
-    assert heavy.protocol.step == pytest.approx(10.0 * light.protocol.step, rel=0.05)
+    assert heavy.scan_step == pytest.approx(10.0 * light.scan_step, rel=0.05)
 
 
 # What is taken

@@ -20,7 +20,7 @@ from surefoot.studies.compare.command_body import (
     refuse_others,
 )
 from surefoot.studies.compare.command_walks import WalkQuestion, compare_walks, refuse_of_pushes
-from surefoot.studies.engine.study_end import stopped_by_ctrl_c, tell_failures
+from surefoot.studies.engine.command import stopped_by_ctrl_c, tell_failures
 
 if TYPE_CHECKING:
     from surefoot.robot.robot import Robot

@@ -15,7 +15,7 @@ from surefoot.options import (
     progress_bar,
     robot_option,
 )
-from surefoot.studies.engine.study_end import stopped_by_ctrl_c
+from surefoot.studies.engine.command import stopped_by_ctrl_c
 
 
 @click.command("push-map")

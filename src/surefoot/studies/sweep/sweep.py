@@ -14,7 +14,8 @@ from surefoot.control.methods import method
 from surefoot.errors import RobotError, VelocityError
 from surefoot.robot.robot import Robot, load_robot
 from surefoot.studies.engine.cells import Failure, Row, measure_missing
-from surefoot.studies.engine.provenance import made_with, sources_stamp
+from surefoot.studies.engine.provenance import made_with
+from surefoot.studies.engine.study import stamp
 from surefoot.studies.engine.table import Shards, write_table
 from surefoot.studies.engine.workers import Processes, Workers
 from surefoot.studies.sweep.sweep_cell import Sweep, measure_cells
@@ -145,7 +146,7 @@ def _common(study: Study, robot: Robot) -> dict[str, Any]:
 
 def _stamp() -> str:
     """All sources that a row depends on, as a hash: the kernels, and what asks the questions."""
-    return sources_stamp("compare", "sweep")
+    return stamp(Study)
 
 
 def _provenance(study: Study, robot: Robot) -> dict[str, str]:

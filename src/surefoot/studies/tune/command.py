@@ -18,7 +18,7 @@ from surefoot.options import (
     progress_bar,
     robot_option,
 )
-from surefoot.studies.engine.study_end import stopped_by_ctrl_c
+from surefoot.studies.engine.command import stopped_by_ctrl_c
 
 USUAL_LEG_SPEED = 3.0
 """Of a robot whose file names no limit [m/s]."""
