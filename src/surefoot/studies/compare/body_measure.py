@@ -196,7 +196,7 @@ def explain(walk: PushedBody, direction: str, impulse: float) -> Row:
         for name, share in shares.items()
         if share > usual.get(name, 0.0)
     ]
-    bindings.sort(key=lambda one: one["usual"] - one["share"])
+    bindings.sort(key=lambda one: (one["usual"] - one["share"], one["name"]))
     fall = rollout.body_fall
     return {
         "survived": survived,
