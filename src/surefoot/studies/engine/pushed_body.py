@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import lru_cache
 
-from surefoot.control.methods import method
+from surefoot.control.registry import find_method
 from surefoot.control.unified.fixed_landing import fixed_place, fixed_timing
 from surefoot.dcm.pushes import DIRECTIONS, Push, push_direction
 from surefoot.errors import ParameterError
@@ -69,7 +69,7 @@ class BodyMethod:
 
 
 def _published(key: str) -> BodyMethod:
-    one = method(key)
+    one = find_method(key)
     return BodyMethod(
         key, one.label, one.adapts, lambda robot, velocity: body_controller(key, robot, velocity)
     )
