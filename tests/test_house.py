@@ -19,7 +19,7 @@ LONGEST_FUNCTION = 60
 
 LADDER = [
     {"errors", "version"},
-    {"checks", "compiled", "record"},
+    {"checks", "compiled", "plugins", "record"},
     {"geometry"},
     {"robot"},
     {"interface"},

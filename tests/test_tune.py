@@ -20,12 +20,12 @@ from surefoot.control.settings import load_settings, settings, with_settings
 from surefoot.studies.gentleness.gentleness import Answer
 from surefoot.studies.tune.command import PREFERENCES as OFFERED
 from surefoot.studies.tune.knobs import (
-    RANGES,
     Knob,
     defaults_of,
     knobs_of,
     parameters_of,
     rounded,
+    usual_knobs,
 )
 from surefoot.studies.tune.push_score import STEP_WEIGHT, effort_of, score, survived
 from surefoot.studies.tune.trials import REFUSED, Trials, Tried, pareto_front
@@ -36,6 +36,7 @@ from surefoot.studies.tune.tune_report import tuning_text
 from surefoot.studies.tune.tune_words import verdict
 
 TRIALS = 12
+TUNED = ("unified", "hybrid", "step-timing", "tracking", "tracking-stiff")
 
 
 @pytest.fixture(scope="module")
@@ -59,7 +60,7 @@ def tuned(question: Question, tmp_path_factory: pytest.TempPathFactory) -> tuple
 # What is searched
 
 
-@pytest.mark.parametrize("key", RANGES)
+@pytest.mark.parametrize("key", TUNED)
 def test_every_usual_knob_is_a_parameter_with_its_default_in_range(
     key: str, robot: sf.Robot
 ) -> None:
@@ -87,7 +88,7 @@ def test_parameters_are_those_that_are_not_as_by_default() -> None:
 def test_a_range_of_ones_own_goes_over_the_usual_one() -> None:
     assert knobs_of("unified", ("dcm_gain=2:4", "reserve")) == (
         Knob("dcm_gain", 2.0, 4.0),
-        next(knob for knob in RANGES["unified"] if knob.name == "reserve"),
+        next(knob for knob in usual_knobs("unified") if knob.name == "reserve"),
     )
     (linear,) = knobs_of("tracking", ("double_support=0:0.3",))
     assert not linear.log

@@ -159,11 +159,11 @@ def compare(
 
 def _all_methods(robot: Robot, velocity: tuple[float, float]) -> tuple[str, ...]:
     """All that can be compared on this robot; say what is left out, and why."""
-    from surefoot.control.methods import METHODS
+    from surefoot.control.registry import methods
     from surefoot.studies.compare.compare import able_methods
 
     able, left_out = able_methods(robot, velocity)
-    for one in METHODS:
+    for one in methods():
         if one.slow:
             left_out[one.key] = f"slow; ask for it with --method {one.key}"
     for key, reason in left_out.items():

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from surefoot.control.methods import method
+from surefoot.control.registry import find_method
 from surefoot.control.unified.fixed_landing import fixed_place, fixed_timing
 from surefoot.dcm.pushes import DIRECTIONS, Push, push_direction
 from surefoot.errors import ParameterError
@@ -75,7 +75,7 @@ class BodyMethod:
 
 
 def _published(key: str) -> BodyMethod:
-    one = method(key)
+    one = find_method(key)
     return BodyMethod(
         key, one.label, one.adapts, lambda robot, velocity: body_controller(key, robot, velocity)
     )

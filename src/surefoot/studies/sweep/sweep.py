@@ -10,7 +10,7 @@ from typing import Any
 
 import msgspec
 
-from surefoot.control.methods import method
+from surefoot.control.registry import find_method
 from surefoot.errors import RobotError, VelocityError
 from surefoot.robot.robot import Robot, load_robot
 from surefoot.studies.engine.cells import Failure, Row, measure_missing
@@ -81,7 +81,7 @@ def run_sweep(
     sweep = Sweep(study, robot)
     # A method that cannot be used at all is refused now rather than cell by cell.
     _check_fixed(study, robot)
-    compiled = method(study.controller).controller(robot, (0.0, 0.0)).kernel is not None
+    compiled = find_method(study.controller).controller(robot, (0.0, 0.0)).kernel is not None
     wanted = list(sweep_cells(study))
     # What is drawn from lists may come twice; it is measured once.
     cells = {cell_key(cell.values): cell for cell in wanted}

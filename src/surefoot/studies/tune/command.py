@@ -35,7 +35,7 @@ compares."""
 @robot_option
 @click.option(
     "--controller", default="unified", show_default=True, metavar="METHOD",
-    help="What is tuned: unified, hybrid, step-timing, tracking or tracking-stiff.",
+    help="What is tuned; a wrong METHOD lists those that can be.",
 )  # fmt: skip
 @click.option(
     "--velocity", nargs=2, type=float, default=(0.5, 0.0), show_default="0.5 0", metavar="VX VY",
