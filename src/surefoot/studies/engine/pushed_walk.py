@@ -11,7 +11,7 @@ from functools import lru_cache
 from itertools import product
 from typing import Any
 
-from surefoot.control.methods import method
+from surefoot.control.registry import find_method
 from surefoot.dcm.causal_limit import causal_push_limit
 from surefoot.dcm.nominal_gait import NominalGait, nominal_gait
 from surefoot.dcm.push_limit import check_leg, fixed_steps_limit, push_limit
@@ -164,5 +164,5 @@ class PushedWalk:
 
 @lru_cache(maxsize=8)
 def _controller(walk: PushedWalk, key: str) -> Controller:
-    one = method(key)
+    one = find_method(key)
     return one.controller(walk.robot, walk.velocity, **one.compared)
