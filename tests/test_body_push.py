@@ -106,15 +106,18 @@ def test_a_fork_depends_on_nothing_that_was_asked_before(estimate: bool) -> None
     assert walk.start.arrived
     weak, strong = (walk.push("forward", impulse) for impulse in (20.0, 200.0))
     controls = []
-    first = walk.pushed(weak, True, watch=lambda control, _: controls.append(control))
+    first = walk.pushed(weak, True, watch=lambda world: controls.append(world.control))
     assert first.survived
-    fallen = walk.pushed(strong, watch=lambda control, _: controls.append(control))
+    fallen = walk.pushed(strong, watch=lambda world: controls.append(world.control))
     assert not fallen.survived
     # A solver that is shared starts from what it solved last, which need not show in every walk.
     assert controls[0].mapping is not controls[-1].mapping
     assert controls[0].mechanics is not controls[-1].mechanics
-    rollout, again = walk.rollout(weak)
-    assert np.array_equal(first.plant.data.qpos, again.plant.data.qpos)
+    rollout, _ = walk.rollout(weak)
+    body, again = first.walk.rollout().body, rollout.body
+    assert body is not None
+    assert again is not None
+    assert np.array_equal(body.position, again.position)
     assert rollout.time[-1] == pytest.approx(walk.start.time + 5.2, abs=0.002)
     assert rollout.pushes == (weak,)
 
@@ -130,7 +133,9 @@ def test_a_study_walks_on_what_a_walk_is_told(estimate: bool) -> None:
         estimator=None if estimate else "truth",
     )
     assert walk.body is not None
-    assert np.array_equal(walk.body.position, pushed.start.record.state["position"])
+    approach = pushed.start.walk.rollout().body
+    assert approach is not None
+    assert np.array_equal(walk.body.position, approach.position)
     rollout, _ = pushed.rollout(pushed.push("forward", 0.0))
     assert rollout.body is not None
     assert rollout.body.senses == walk.body.senses
@@ -151,10 +156,10 @@ def test_a_robot_that_is_back_in_its_gait_would_have_walked_on(impulse: float) -
 
 def test_the_push_comes_in_its_phase_of_its_step() -> None:
     start = PushedBody(ROBOT, "unified", "right", 0.25).start
-    walk = start.state.walk[0]
-    assert walk["support"] == 1
-    elapsed = start.time - walk["began"]
-    assert elapsed == pytest.approx(0.25 * start.state.command.step_duration, abs=0.0015)
+    state = start.walk.world.state
+    assert state.walk["support"][0] == 1
+    elapsed = start.time - state.walk["began"][0]
+    assert elapsed == pytest.approx(0.25 * state.command.step_duration, abs=0.0015)
 
 
 def test_rows_do_not_depend_on_workers_or_order(tmp_path, monkeypatch) -> None:

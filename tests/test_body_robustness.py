@@ -25,7 +25,7 @@ from surefoot.studies.compare.body_question import (
 )
 from surefoot.studies.compare.body_show import falls_table, walk_report, walk_table
 from surefoot.studies.engine.study import Measured, run
-from surefoot.worlds.body.estimator import BodySenses
+from surefoot.worlds.body.estimator import BodyReadings
 
 ROBOT = sf.load_robot("paper-biped")
 SMALL = BodyWalks(ROBOT, conditions=(USUAL, "delay-5ms"), seeds=1, duration=1.6)
@@ -161,10 +161,10 @@ class Spikes:
     def start(self) -> int:
         return 0
 
-    def step(self, memory: int, senses: BodySenses) -> tuple[BodySenses, int]:
+    def step(self, memory: int, readings: BodyReadings) -> tuple[BodyReadings, int]:
         if self.every or memory % 3:
-            senses = senses._replace(foot_force=senses.foot_force + 25.0)
-        return senses, memory + 1
+            readings = readings._replace(foot_force=readings.foot_force + 25.0)
+        return readings, memory + 1
 
 
 def test_a_landing_is_not_believed_at_once(body_control: sf.BodyControl) -> None:

@@ -35,9 +35,9 @@ from surefoot.studies.engine.pushed_body import (
 from surefoot.worlds.body.controller import BodyControl, BodyState
 from surefoot.worlds.body.gait import body_control
 from surefoot.worlds.body.inverse_dynamics import InverseDynamics
-from surefoot.worlds.body.noise import BodyNoise
 from surefoot.worlds.body.plant import Surroundings
-from surefoot.worlds.body.simulate import simulate_body
+from surefoot.worlds.body.sensors import BodyNoise
+from surefoot.worlds.body.world import BodyWorld, simulate_body
 
 if TYPE_CHECKING:
     from surefoot.studies.compare.body_question import BodyPushes
@@ -214,11 +214,11 @@ def _watched(
     counts: Counter[str] = Counter()
     cycles = 0
 
-    def watch(control: BodyControl, state: BodyState) -> None:
+    def watch(world: BodyWorld) -> None:
         nonlocal cycles
-        if state.walk["now"][0] - begin < SPAN:
+        if world.time - begin < SPAN:
             cycles += 1
-            counts.update(active_limits(control, state))
+            counts.update(active_limits(world.control, world.state))
 
     rollout, end = walk.rollout(walk.push(direction, impulse), watch)
     return {name: n / max(cycles, 1) for name, n in counts.items()}, rollout, end.survived

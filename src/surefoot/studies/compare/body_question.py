@@ -32,8 +32,8 @@ from surefoot.studies.engine.pushed_body import (
 )
 from surefoot.studies.engine.pushed_walk import check_count
 from surefoot.studies.engine.study import Study
-from surefoot.worlds.body.noise import BodyNoise
 from surefoot.worlds.body.plant import Surroundings
+from surefoot.worlds.body.sensors import BodyNoise
 
 LIBRARIES = ("mujoco", "daqp", "numpy", "numba")
 """What else a row depends on."""

@@ -7,11 +7,8 @@ starts from its last answer would make the outcome depend on what was asked befo
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import lru_cache
-from typing import Any
-
-import numpy as np
 
 from surefoot.control.registry import find_method
 from surefoot.control.unified.fixed_landing import fixed_place, fixed_timing
@@ -25,15 +22,12 @@ from surefoot.robot.robot import Robot
 from surefoot.rollout.rollout import Rollout
 from surefoot.rollout.trace import WALKING
 from surefoot.studies.engine.body_recovery import BegunStep, Settling, Steps
-from surefoot.worlds.body.controller import BodyControl, BodyState
+from surefoot.worlds.body.controller import BodyControl
 from surefoot.worlds.body.gait import body_control, body_controller, body_parameters, walking_robot
-from surefoot.worlds.body.joint_command import JointCommand
-from surefoot.worlds.body.noise import BodyNoise
-from surefoot.worlds.body.plant import STANDS, BodyPlant
-from surefoot.worlds.body.recorder import BodyRecorder, Record
-from surefoot.worlds.body.recording import make_rollout, senses_words
-from surefoot.worlds.body.sensors import BodySight, usual_estimator
+from surefoot.worlds.body.sensors import BodyNoise, usual_estimator
+from surefoot.worlds.body.world import BodyWorld
 from surefoot.worlds.steering import Steering
+from surefoot.worlds.walk import Walk
 
 PUSH_DURATION = 0.2
 """How long every push lasts [s]."""
@@ -143,27 +137,16 @@ def controller_of(robot: Robot, key: str, velocity: tuple[float, float]) -> Cont
 
 @dataclass(frozen=True)
 class Checkpoint:
-    """A walk at an instant, from which it can be continued: a value, as long as nobody acts on its
-    plant.
+    """A walk at an instant, from which forks continue; a value, as long as it does not itself.
 
     Attributes:
-        plant: the world.
-        sight: what is measured of it.
-        state: of the control.
-        command: of the last cycle.
-        record: of the walk so far.
-        fate: what has become of the robot, see `worlds.body.plant`.
-        cycles: how many there were.
+        walk: up to now.
+        cycles: how many there were since it was forked.
         settled: whether the robot is back in its gait.
         usual: the last steps of the walk so far, by side, if it was not pushed.
     """
 
-    plant: BodyPlant
-    sight: BodySight
-    state: BodyState
-    command: JointCommand | None
-    record: Record
-    fate: int
+    walk: Walk[BodyWorld]
     cycles: int
     settled: bool = False
     usual: Mapping[int, BegunStep] = field(default_factory=dict)
@@ -171,22 +154,22 @@ class Checkpoint:
     @property
     def time(self) -> float:
         """Now [s]."""
-        return self.plant.time
+        return self.walk.time
 
     @property
     def arrived(self) -> bool:
         """Whether the robot has come to the step that is pushed."""
-        return not self.fate and self.cycles < round(LONGEST_APPROACH / TIME_STEP)
+        return not self.walk.fallen and self.cycles < round(LONGEST_APPROACH / TIME_STEP)
 
     @property
     def survived(self) -> bool:
         """Whether the robot still walks after its push."""
         whole = self.cycles == round((PUSH_DURATION + RECOVERY_TIME) / TIME_STEP)
-        return self.fate == STANDS and (whole or self.settled)
+        return not self.walk.fallen and (whole or self.settled)
 
 
-Watch = Callable[[BodyControl, BodyState], None]
-"""Called after every decision, before physics goes on."""
+Watch = Callable[[BodyWorld], None]
+"""Called after every decision, before physics continues."""
 
 
 @dataclass(frozen=True)
@@ -244,17 +227,18 @@ class PushedBody:
             watch: called in every cycle.
         """
         start = self.start
-        plant = start.plant.fork([push])
-        begin = replace(start, plant=plant, sight=start.sight.fork(plant), cycles=0)
+        walk = start.walk.fork(recorded, watch)
+        walk.push(push)
         settling = Settling(start.usual, push.end)
 
-        def over(state: BodyState) -> bool:
-            stuck = state.walk["now"][0] - state.walk["began"][0] > STUCK
-            return bool(stuck or (not recorded and settling.done(state)))
+        def over(world: BodyWorld) -> bool:
+            now = world.state.walk[0]
+            stuck = now["now"] - now["began"] > STUCK
+            return bool(stuck or (not recorded and settling.done(world.state)))
 
-        cycles = round((PUSH_DURATION + RECOVERY_TIME) / TIME_STEP)
-        end = _walk(self, begin, cycles, over, recorded, watch)
-        return replace(end, settled=not end.fate and settling.done(end.state))
+        walk.run(start.time + PUSH_DURATION + RECOVERY_TIME, over)
+        cycles = walk.world.cycles - start.walk.world.cycles
+        return Checkpoint(walk, cycles, not walk.fallen and settling.done(walk.world.state))
 
     def rollout(self, push: Push, watch: Watch | None = None) -> tuple[Rollout, Checkpoint]:
         """The walk with a push from its beginning to its end, as `simulate_body` returns it.
@@ -267,82 +251,33 @@ class PushedBody:
             The rollout and where it ends.
         """
         end = self.pushed(push, True, watch)
-        record = _joined(self.start.record, end.record)
-        senses = senses_words(end.sight.estimator, end.sight.noise)
-        route = [(0.0, Steering(self.velocity))]
-        return make_rollout(self.control(), end.plant, record, end.fate, route, senses), end
+        return end.walk.rollout(), end
 
 
 @lru_cache(maxsize=2)
 def _approach(walk: PushedBody) -> Checkpoint:
     """Walk from a stand to where the push begins."""
-    control, support = walk.control(), SIDES.index(walk.foot)
-    plant, noise = BodyPlant(control.multibody), noise_of(walk.robot, walk.estimate)
+    control, noise = walk.control(), noise_of(walk.robot, walk.estimate)
     estimator = usual_estimator(control.multibody, noise) if walk.estimate else None
-    sight, state = BodySight(plant, noise, estimator), control.start()
-    recorder = BodyRecorder(plant, state, walk.estimate, 1)
-    stand = Checkpoint(plant, sight, state, None, recorder.record(0), STANDS, 0)
-    steps, usual = Steps(), {}
+    retained = LONGEST_APPROACH + PUSH_DURATION + RECOVERY_TIME
+    world = BodyWorld(control, None, noise, estimator, retained=retained)
+    going = Walk(world, plan=[(0.0, Steering(walk.velocity))])
+    support, steps, usual = SIDES.index(walk.foot), Steps(), {}
 
-    def due(state: BodyState) -> bool:
-        now, begun = state.walk[0], steps.begun(state)
+    def due(world: BodyWorld) -> bool:
+        now, begun = world.state.walk[0], steps.begun(world.state)
         if begun is not None:
             usual[begun.side] = begun
         if now["phase"] != WALKING or now["steps"] < PUSHED_STEP or now["support"] != support:
             return False
         # The next cycle is the first of the push.
         elapsed = now["now"] + TIME_STEP - now["began"]
-        return bool(elapsed >= walk.phase * state.command.step_duration - 1e-9)
+        return bool(elapsed >= walk.phase * world.state.command.step_duration - 1e-9)
 
-    end = _walk(walk, stand, round(LONGEST_APPROACH / TIME_STEP), due, True)
-    return replace(end, usual=usual)
+    going.run(LONGEST_APPROACH, due)
+    return Checkpoint(going, world.cycles, usual=usual)
 
 
 def noise_of(robot: Robot, estimate: bool) -> BodyNoise | None:
     """The usual noise of the sensors of a robot, None if its control is given the truth."""
     return BodyNoise.of(robot) if estimate else None
-
-
-def _walk(
-    walk: PushedBody,
-    begin: Checkpoint,
-    cycles: int,
-    stop: Callable[[BodyState], bool],
-    recorded: bool,
-    watch: Watch | None = None,
-) -> Checkpoint:
-    """Continue for some cycles, until `stop` or a fall; the plant of `begin` is used up."""
-    control, steering = walk.control(), Steering(walk.velocity)
-    plant, sight, state, command = begin.plant, begin.sight, begin.state, begin.command
-    recorder = BodyRecorder(plant, state, walk.estimate, cycles if recorded else 1)
-    row, fate = 0, begin.fate
-    while row < cycles and not fate:
-        senses = sight.read(first=command is None)
-        position, velocity, forces = sight.see(senses, state, command)
-        command, state = control.step(state, plant.time, position, velocity, forces, steering)
-        if watch is not None:
-            watch(control, state)
-        if recorded:
-            recorder.see(row, position, velocity)
-            recorder.hear(row, state, command)
-        plant.act(command)
-        fate = plant.state()
-        if recorded:
-            recorder.feel(row, (0, 0, 0, 0))
-        row += 1
-        if stop(state):
-            break
-    record = recorder.record(row if recorded else 0)
-    return Checkpoint(plant, sight, state, command, record, fate, row)
-
-
-def _joined(first: Record, second: Record) -> Record:
-    def both(one: dict[str, Any], other: dict[str, Any]) -> dict[str, Any]:
-        return {name: np.concatenate([one[name], other[name]]) for name in one}
-
-    return Record(
-        both(first.state, second.state),
-        both(first.effect, second.effect),
-        both(first.told, second.told),
-        np.concatenate([first.clock, second.clock]),
-    )
