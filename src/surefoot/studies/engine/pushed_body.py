@@ -137,11 +137,11 @@ def controller_of(robot: Robot, key: str, velocity: tuple[float, float]) -> Cont
 
 @dataclass(frozen=True)
 class Checkpoint:
-    """A walk at an instant, from which forks continue; itself it stays there.
+    """A walk at an instant, from which forks continue; a value, as long as it does not itself.
 
     Attributes:
-        walk: up to that instant.
-        cycles: how many it has made since it was forked.
+        walk: up to now.
+        cycles: how many there were since it was forked.
         settled: whether the robot is back in its gait.
         usual: the last steps of the walk so far, by side, if it was not pushed.
     """
@@ -159,7 +159,7 @@ class Checkpoint:
     @property
     def arrived(self) -> bool:
         """Whether the robot has come to the step that is pushed."""
-        return not (self.walk.fallen or self.walk.world.has_reached(LONGEST_APPROACH))
+        return not self.walk.fallen and self.cycles < round(LONGEST_APPROACH / TIME_STEP)
 
     @property
     def survived(self) -> bool:
@@ -169,7 +169,7 @@ class Checkpoint:
 
 
 Watch = Callable[[BodyWorld], None]
-"""Called after every decision, before physics goes on."""
+"""Called after every decision, before physics continues."""
 
 
 @dataclass(frozen=True)
@@ -238,8 +238,7 @@ class PushedBody:
 
         walk.run(start.time + PUSH_DURATION + RECOVERY_TIME, over)
         cycles = walk.world.cycles - start.walk.world.cycles
-        settled = not walk.fallen and settling.done(walk.world.state)
-        return Checkpoint(walk, cycles, settled, start.usual)
+        return Checkpoint(walk, cycles, not walk.fallen and settling.done(walk.world.state))
 
     def rollout(self, push: Push, watch: Watch | None = None) -> tuple[Rollout, Checkpoint]:
         """The walk with a push from its beginning to its end, as `simulate_body` returns it.
@@ -256,15 +255,14 @@ class PushedBody:
 
 
 @lru_cache(maxsize=2)
-def _approach(pushed: PushedBody) -> Checkpoint:
+def _approach(walk: PushedBody) -> Checkpoint:
     """Walk from a stand to where the push begins."""
-    control, support = pushed.control(), SIDES.index(pushed.foot)
-    noise = noise_of(pushed.robot, pushed.estimate)
-    estimator = usual_estimator(control.multibody, noise) if pushed.estimate else None
+    control, noise = walk.control(), noise_of(walk.robot, walk.estimate)
+    estimator = usual_estimator(control.multibody, noise) if walk.estimate else None
     retained = LONGEST_APPROACH + PUSH_DURATION + RECOVERY_TIME
     world = BodyWorld(control, None, noise, estimator, retained=retained)
-    walk = Walk(world, plan=[(0.0, Steering(pushed.velocity))])
-    steps, usual = Steps(), {}
+    going = Walk(world, plan=[(0.0, Steering(walk.velocity))])
+    support, steps, usual = SIDES.index(walk.foot), Steps(), {}
 
     def due(world: BodyWorld) -> bool:
         now, begun = world.state.walk[0], steps.begun(world.state)
@@ -274,10 +272,10 @@ def _approach(pushed: PushedBody) -> Checkpoint:
             return False
         # The next cycle is the first of the push.
         elapsed = now["now"] + TIME_STEP - now["began"]
-        return bool(elapsed >= pushed.phase * world.state.command.step_duration - 1e-9)
+        return bool(elapsed >= walk.phase * world.state.command.step_duration - 1e-9)
 
-    walk.run(LONGEST_APPROACH, due)
-    return Checkpoint(walk, world.cycles, usual=usual)
+    going.run(LONGEST_APPROACH, due)
+    return Checkpoint(going, world.cycles, usual=usual)
 
 
 def noise_of(robot: Robot, estimate: bool) -> BodyNoise | None:
