@@ -238,8 +238,6 @@ def test_a_name_without_its_extra_says_how_to_install_it(name: str) -> None:
 
 
 def test_help_loads_next_to_nothing() -> None:
-    loaded = modules_after(
-        "from surefoot.cli import main\nmain(['--help'], standalone_mode=False)"
-    )
+    loaded = modules_after("from surefoot.cli import main\nmain(['--help'], standalone_mode=False)")
     assert not loaded & {"numpy", "numba", "msgspec", "matplotlib", "rich"}
     assert "click" in loaded
