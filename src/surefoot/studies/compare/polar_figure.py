@@ -22,19 +22,17 @@ from surefoot.show.picture_file import marker_path
 from surefoot.studies.compare.question import Comparison
 from surefoot.studies.compare.scores import choose, select, survived, unbroken, values
 from surefoot.studies.engine.cells import Row
-from surefoot.studies.engine.polar_rings import draw_rings
+from surefoot.studies.engine.polar_rings import FIXED_DASH, FOOT_BAND, LIMIT, draw_rings
 from surefoot.studies.engine.study import Measured
 from surefoot.studies.engine.words import speed_words
 
 COARSE = 8
 """With fewer directions than these, nothing is drawn between them but a thin guide."""
 
-FOOT_BAND = "#d7e3ea"
 REACH = "#f1f5f7"
-LIMIT = "#222222"
 
 _WIDTH, _LARGEST, _GAP, _BELOW, _HEAD = 12.5, 5.4, 0.4, 0.7, 1.05
-_FIXED_DASH, _LONG_DASHES = (0, (1, 1.6)), (0, (4, 1.6))
+_LONG_DASHES = (0, (4, 1.6))
 _WEDGE = math.radians(14.0)
 
 
@@ -188,7 +186,7 @@ def _draw_limits(ax: PolarAxes, at: _Map) -> None:
         for name, radii, options in (
             ("finite", finite, {"color": LIMIT, "linewidth": 1.6}),
             ("point", point, {"color": LIMIT, "linewidth": 0.9, "linestyle": palette.DASHES}),
-            ("fixed", fixed, {"color": palette.QUIET, "linewidth": 0.9, "linestyle": _FIXED_DASH}),
+            ("fixed", fixed, {"color": palette.QUIET, "linewidth": 0.9, "linestyle": FIXED_DASH}),
         ):
             for angle, radius in zip(np.radians(at.angles), radii, strict=True):
                 arc = np.linspace(angle - _WEDGE, angle + _WEDGE, 15)
@@ -209,7 +207,7 @@ def _draw_limits(ax: PolarAxes, at: _Map) -> None:
         gid=f"limit-point-{at.phase:g}",
     )  # fmt: skip
     ax.plot(
-        *_closed(at.angles, fixed), color=palette.QUIET, linewidth=0.9, linestyle=_FIXED_DASH,
+        *_closed(at.angles, fixed), color=palette.QUIET, linewidth=0.9, linestyle=FIXED_DASH,
         zorder=2.3, gid=f"limit-fixed-{at.phase:g}",
     )  # fmt: skip
 
@@ -262,7 +260,7 @@ def _legend(measured: Measured[Comparison], rows: Sequence[Row]) -> list[Artist]
         Line2D([], [], color=LIMIT, linewidth=1.4, label="limit of any policy"),
         Line2D([], [], color=LIMIT, linewidth=0.8, linestyle=palette.DASHES,
                label="limit on a point foot"),
-        Line2D([], [], color=palette.QUIET, linewidth=0.9, linestyle=_FIXED_DASH,
+        Line2D([], [], color=palette.QUIET, linewidth=0.9, linestyle=FIXED_DASH,
                label="limit of fixed steps"),
     ]  # fmt: skip
     if not coarse:

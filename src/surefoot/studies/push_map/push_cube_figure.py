@@ -19,8 +19,7 @@ from numpy.typing import NDArray
 from surefoot.dcm.pushes import DIRECTIONS
 from surefoot.show import palette
 from surefoot.show.halo import HALO
-from surefoot.studies.engine.polar_rings import draw_rings
-from surefoot.studies.engine.push_map import FOOT_BAND, LIMIT
+from surefoot.studies.engine.polar_rings import FOOT_BAND, LIMIT, draw_rings
 from surefoot.studies.push_map.cube import PushCube
 from surefoot.studies.push_map.push_cube_words import HEADING, finding, origin
 
