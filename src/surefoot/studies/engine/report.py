@@ -78,12 +78,14 @@ class Table:
         note: what it shows, in a sentence or two.
         columns: headings, the first one of what names a row.
         rows: one text for each column; numbers as they are to be read.
+        alarming: texts that a page shows in the colour of an alarm, such as a failed verdict.
     """
 
     title: str
     note: str
     columns: Sequence[str]
     rows: Sequence[Sequence[str]]
+    alarming: Sequence[str] = ()
 
     def __post_init__(self) -> None:
         for row in self.rows:
