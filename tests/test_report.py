@@ -82,6 +82,18 @@ def test_the_terminal_shows_every_number_whatever_its_width(width: int) -> None:
     assert (heads > 1) == (width < 200)
 
 
+def test_every_piece_of_a_wide_table_begins_with_what_names_a_row() -> None:
+    numbers = tuple(f"{10 * number}" for number in range(12))
+    rows = [("here", "now", *numbers), ("here", "then", *numbers)]
+    columns = ("where", "when", *(f"column {number}" for number in range(12)))
+    said = io.StringIO()
+    shown = Report("wide", "Wide", (), [Table("", "", columns, rows, names=2)])
+    shown.print(Console(file=said, width=60))
+    lines = [line for line in said.getvalue().splitlines() if line.startswith(("here", "where"))]
+    assert len(lines) >= 6
+    assert all(line.split()[1] in ("when", "now", "then") for line in lines)
+
+
 def test_every_word_is_in_all_three_forms() -> None:
     text, page = REPORT.markdown(), unescape(REPORT.html())
     terminal = " ".join(printed(REPORT, 400).split())
