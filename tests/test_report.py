@@ -82,6 +82,18 @@ def test_the_terminal_shows_every_number_whatever_its_width(width: int) -> None:
     assert (heads > 1) == (width < 200)
 
 
+def test_every_piece_of_a_wide_table_begins_with_what_names_a_row() -> None:
+    numbers = tuple(f"{10 * number}" for number in range(12))
+    rows = [("here", "now", *numbers), ("here", "then", *numbers)]
+    columns = ("where", "when", *(f"column {number}" for number in range(12)))
+    said = io.StringIO()
+    shown = Report("wide", "Wide", (), [Table("", "", columns, rows, names=2)])
+    shown.print(Console(file=said, width=60))
+    lines = [line for line in said.getvalue().splitlines() if line.startswith(("here", "where"))]
+    assert len(lines) >= 6
+    assert all(line.split()[1] in ("when", "now", "then") for line in lines)
+
+
 def test_every_word_is_in_all_three_forms() -> None:
     text, page = REPORT.markdown(), unescape(REPORT.html())
     terminal = " ".join(printed(REPORT, 400).split())
@@ -108,7 +120,7 @@ def test_numbers_stand_to_the_right() -> None:
 
 def test_what_is_alarming_has_a_colour_of_its_own() -> None:
     verdicts = [("Fig. 4", "reproduced"), ("Fig. 5", "not reproduced")]
-    table = Table("", "", ("where", "verdict"), verdicts, ("not reproduced",))
+    table = Table("", "", ("where", "verdict"), verdicts, alarming=("not reproduced",))
     page = Report("claims", "Claims", (), (table,)).html()
     assert re.findall(r'<td class="alarm">([^<]*)</td>', page) == ["not reproduced"]
 

@@ -76,8 +76,10 @@ class Table:
     Attributes:
         title: its heading; empty for none.
         note: what it shows, in a sentence or two.
-        columns: headings, the first one of what names a row.
+        columns: headings, first those of what names a row.
         rows: one text for each column; numbers as they are to be read.
+        names: how many columns name a row; all pieces of a table that is wider than the terminal
+            begin with them.
         alarming: texts that a page shows in the colour of an alarm, such as a failed verdict.
     """
 
@@ -85,6 +87,7 @@ class Table:
     note: str
     columns: Sequence[str]
     rows: Sequence[Sequence[str]]
+    names: int = 1
     alarming: Sequence[str] = ()
 
     def __post_init__(self) -> None:
@@ -342,7 +345,7 @@ def _print_table(table: Table, console: Console) -> None:
     narrow = sum(width + GAP for width in widths) - GAP > console.width
     if narrow:
         widths = [_least_width(table, index) for index in range(len(table.columns))]
-    for place, piece in enumerate(_pieces(widths, console.width)):
+    for place, piece in enumerate(_pieces(widths, table.names, console.width)):
         if place:
             console.print()
         shown = TerminalTable(box=None, padding=(0, 1), pad_edge=False, header_style="bold")
@@ -383,12 +386,13 @@ def _wrapped(heading: str, width: int) -> str:
     return "\n".join(lines)
 
 
-def _pieces(widths: Sequence[int], width: int) -> list[list[int]]:
+def _pieces(widths: Sequence[int], names: int, width: int) -> list[list[int]]:
     """The columns of each piece of a table that is to be no wider than a terminal."""
-    pieces = [[0]]
-    for index in range(1, len(widths)):
+    first = list(range(names))
+    pieces = [[*first]]
+    for index in range(names, len(widths)):
         piece = pieces[-1]
-        if len(piece) > 1 and sum(widths[one] + GAP for one in (*piece, index)) - GAP > width:
-            pieces.append([0])
+        if len(piece) > names and sum(widths[one] + GAP for one in (*piece, index)) - GAP > width:
+            pieces.append([*first])
         pieces[-1].append(index)
     return pieces

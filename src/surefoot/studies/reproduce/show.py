@@ -85,6 +85,12 @@ def _parts(
             "written down beforehand."
         ),
         Table("", "", ("parameter", "value"), parameters),
-        Table("Claims", "", COLUMNS, [astuple(claim) for claim in claims], (NOT_REPRODUCED, FELL)),
+        Table(
+            "Claims",
+            "",
+            COLUMNS,
+            [astuple(claim) for claim in claims],
+            alarming=(NOT_REPRODUCED, FELL),
+        ),
         Details("Figures", pictures),
     ]

@@ -6,93 +6,103 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from surefoot.dcm.push_limit import push_limit
 from surefoot.errors import SurefootError
 from surefoot.robot.feet import Side
 from surefoot.robot.robot import Robot
 from surefoot.rollout.outcome import recovery_time
+from surefoot.studies.engine.cells import Row
 from surefoot.studies.engine.scan import LARGEST_BEYOND, LARGEST_SHARE, smallest_failing_push
-from surefoot.studies.sweep.sweep_parameters import Situation, situation
-from surefoot.studies.sweep.sweep_sampling import SweepCell
-from surefoot.studies.sweep.sweep_study import Study
+from surefoot.studies.sweep.parameters import Situation, situation
 from surefoot.worlds.point.batch import simulate_batch
 from surefoot.worlds.point.walks import Walks
+
+if TYPE_CHECKING:
+    from surefoot.studies.sweep.question import Sweep
 
 REFUSED = "refused"
 """The outcome of a cell whose robot, gait or controller there cannot be."""
 
-OUTCOMES = {
-    "outcome": "", "survived": False, "end_time": math.nan, "steps": -1, "recovery_time": math.nan,
-    "recovery_steps": -1, "margin": math.nan, "dcm_error": math.nan,
-}  # fmt: skip
-"""What a row says of a walk: "recovered" (of a push), "walked" (without one), "unsettled", "fell"
-or "refused"; the others as in `WALK_RESULT`."""
-
-LIMITS = {
-    "outcome": "", "impulse": math.nan, "delta_v": math.nan, "failure": "", "limit": math.nan,
-    "share": math.nan,
-}  # fmt: skip
-"""What a row says of a push limit: "measured" or "refused"; the smallest failing impulse [N s, m/s]
-and how it failed; the limit for anybody [N s], and what is survived as a share of it."""
-
-RESULTS = {"walk": OUTCOMES, "push-limit": LIMITS}
-"""What a row says of what was measured, before it is."""
+FAILED = "failed"
+"""The outcome of a cell that could not be measured."""
 
 
 @dataclass(frozen=True)
-class Sweep:
-    """A study with its robot, as it goes to other processes."""
+class Result:
+    """A column of what was measured.
 
-    study: Study
-    robot: Robot
-
-    def row(self, cell: SweepCell) -> dict[str, Any]:
-        """The beginning of a row: what differs."""
-        return dict(zip(self.study.vary, cell.values, strict=True))
-
-    def situation(self, cell: SweepCell) -> Situation:
-        """What a cell is about.
-
-        Raises:
-            SurefootError: there cannot be such a robot, gait or controller.
-        """
-        values = {**self.study.fixed, **self.row(cell)}
-        return situation(self.robot, self.study.controller, values)
-
-
-def measure_cells(sweep: Sweep, cells: Sequence[SweepCell]) -> list[dict[str, Any] | str]:
-    """A row for each cell.
-
-    A cell that cannot be is a finding like any other: its row says why. Text is for one that could
-    not be measured.
+    Attributes:
+        usual: its value in a cell that has none.
+        words: what it is, on an axis; empty if it is not drawn.
+        unit: of its values, empty for a pure number.
+        head: above it on the terminal; empty if it does not stand there.
     """
-    rows: list[dict[str, Any] | str] = []
-    made: list[tuple[int, Situation]] = []
-    usual = RESULTS[sweep.study.measure]
-    for index, cell in enumerate(cells):
-        row = {**sweep.row(cell), **usual, "error": None}
+
+    usual: Any
+    words: str = ""
+    unit: str = ""
+    head: str = ""
+
+
+WALK = {
+    "outcome": Result("", head="outcome"),
+    "survived": Result(False, "survived"),
+    "end_time": Result(math.nan, "end of the walk", "s"),
+    "steps": Result(-1, "steps of the walk"),
+    "recovery_time": Result(math.nan, "time until settled", "s"),
+    "recovery_steps": Result(-1, "steps until settled", head="steps back"),
+    "margin": Result(math.nan, "least margin at a touchdown", "m", "margin [m]"),
+    "dcm_error": Result(math.nan, "largest DCM error", "m", "DCM error [m]"),
+}
+"""What a row says of a walk: "recovered" (of a push), "walked" (without one), "unsettled", "fell"
+or "refused"; the others as in `WALK_RESULT`."""
+
+LIMIT = {
+    "outcome": Result("", head="outcome"),
+    "impulse": Result(math.nan, "smallest push that fails", "N s", "fails at [N s]"),
+    "delta_v": Result(math.nan, "smallest change of velocity that fails", "m/s", "[m/s]"),
+    "failure": Result(""),
+    "limit": Result(math.nan, "theoretical limit", "N s"),
+    "share": Result(math.nan, "survived, as a share of the limit", "-", "of the limit"),
+}
+"""What a row says of a push limit: "measured" or "refused"; the smallest failing impulse and how it
+failed; the theoretical limit, and what is survived as a share of it."""
+
+RESULTS = {"walk": WALK, "push-limit": LIMIT}
+"""The columns of results, by what a study measures."""
+
+
+def measure_cells(study: Sweep, cells: Sequence[Any]) -> list[Row]:
+    """A row for each cell. One that cannot be is a finding like any other: its row says why."""
+    rows = [empty_row(study) for _ in cells]
+    made: list[tuple[Row, Situation]] = []
+    for row, cell in zip(rows, cells, strict=True):
+        values = study.fixed | study.columns(cell)
         try:
-            made.append((index, sweep.situation(cell)))
+            made.append((row, situation(study.robot, study.controller, values)))
         except SurefootError as error:
             row |= {"outcome": REFUSED, "error": str(error)}
-        rows.append(row)
-    if sweep.study.measure == "push-limit":
-        for index, one in made:
+    if study.measures == "push-limit":
+        for row, one in made:
             try:
-                found = _limit(sweep.study, one)
+                row |= _limit(study.step, one)
             except SurefootError as error:  # a leg that is too slow for its gait has no limit
-                found = {"outcome": REFUSED, "error": str(error)}
-            rows[index] |= found  # type: ignore[operator]
+                row |= {"outcome": REFUSED, "error": str(error)}
         return rows
     for disturbed in (False, True):
-        some = [(index, one) for index, one in made if (one.disturbance is not None) == disturbed]
+        some = [pair for pair in made if (pair[1].disturbance is not None) == disturbed]
         if some:
             found = _walks([one for _, one in some], disturbed)
-            for (index, _), result in zip(some, found, strict=True):
-                rows[index] |= result  # type: ignore[operator]
+            for (row, _), result in zip(some, found, strict=True):
+                row |= result
     return rows
+
+
+def empty_row(study: Sweep) -> Row:
+    """What stands for no result."""
+    return {name: one.usual for name, one in RESULTS[study.measures].items()} | {"error": None}
 
 
 def _walks(situations: Sequence[Situation], disturbed: bool) -> list[dict[str, Any]]:
@@ -118,7 +128,7 @@ def _walks(situations: Sequence[Situation], disturbed: bool) -> list[dict[str, A
     )
     found = []
     for push, result in zip(pushes, results, strict=True):
-        row = {name: result[name].item() for name in OUTCOMES if name in result.dtype.names}
+        row = {name: result[name].item() for name in WALK if name in result.dtype.names}
         settled = bool(result["settled"])
         well = "walked" if push is None else "recovered"
         row["outcome"] = "fell" if result["fallen"] else (well if settled else "unsettled")
@@ -127,7 +137,7 @@ def _walks(situations: Sequence[Situation], disturbed: bool) -> list[dict[str, A
     return found
 
 
-def _limit(study: Study, one: Situation) -> dict[str, Any]:
+def _limit(step: float, one: Situation) -> dict[str, Any]:
     limit = _push_limit(
         one.plant,
         one.direction(),
@@ -141,7 +151,7 @@ def _limit(study: Study, one: Situation) -> dict[str, Any]:
         one.direction(),
         start=one.start(),
         duration=one.push["duration"],
-        step=study.step,
+        step=step,
         largest=LARGEST_SHARE * limit + LARGEST_BEYOND,
         first_support=Side.RIGHT,
         workers=1,

@@ -14,8 +14,13 @@ from surefoot.robot.robot import Robot
 from surefoot.studies.engine.provenance import installed_version
 from surefoot.studies.engine.pushed_walk import PushedWalk, push_cells
 from surefoot.studies.engine.study import stamp
-from surefoot.studies.tune.knobs import Knob, knobs_of, parameters_of
-from surefoot.studies.tune.push_score import Pushed, Score, score
+from surefoot.studies.tune.measure import Pushed, Score, score
+from surefoot.studies.tune.parameters import (
+    Parameter,
+    changed_settings,
+    chosen_parameters,
+    default_settings,
+)
 from surefoot.version import VERSION
 
 SMALL_SHARE = 0.1
@@ -32,15 +37,15 @@ class Question:
     Args:
         robot: who is pushed, with the speed limit that its leg is to have.
         velocity: commanded (v_x, v_y) [m/s].
-        method: key of a control method that has knobs.
-        asked: knobs, `NAME` or `NAME=LOW:HIGH`; all usual ones if none.
+        method: key of a control method with parameters to search.
+        asked: these, `NAME` or `NAME=LOW:HIGH`; all usual ones if none.
         directions: of the pushes, evenly around.
         phases: of the pushes, evenly over a step.
         step: of the scan over the impulse, a share of the smallest limit [-].
         seed: of the search.
 
     Raises:
-        ParameterError: an argument is out of range, or the method has no such knobs.
+        ParameterError: an argument is out of range, or the method has no such parameters.
         VelocityError: the velocity cannot be walked, or not on this leg.
         RobotError: the method cannot control this robot.
     """
@@ -53,7 +58,8 @@ class Question:
     phases: int = 2
     step: float = STEP_SHARE
     seed: int = 0
-    knobs: tuple[Knob, ...] = field(init=False)
+    parameters: tuple[Parameter, ...] = field(init=False)
+    defaults: dict[str, Any] = field(init=False, repr=False)
     walk: PushedWalk = field(init=False, repr=False)
     scan_step: float = field(init=False)
     seen: tuple[Pushed, ...] = field(init=False, repr=False)
@@ -63,10 +69,11 @@ class Question:
     def __post_init__(self) -> None:
         check_seed(self.seed)
         check_number("step", self.step, 0.0, "-", above=True)
-        object.__setattr__(
-            self, "knobs", knobs_of(self.method, self.asked, self.robot, self.velocity)
-        )
-        with_settings(self.method, self.robot, self.velocity, {})  # refused now, not in a trial
+        chosen = chosen_parameters(self.method, self.asked, self.robot, self.velocity)
+        object.__setattr__(self, "parameters", chosen)
+        # A robot that the method cannot control is refused now, not in a trial.
+        defaults = default_settings(self.method, self.robot, self.velocity)
+        object.__setattr__(self, "defaults", defaults)
         walk = PushedWalk(self.robot, self.velocity)
         walk.check_leg()
         cells = push_cells(self.directions, self.phases)
@@ -87,19 +94,24 @@ class Question:
         object.__setattr__(self, "scan_step", float(f"{self.step * smallest:.2g}"))
         object.__setattr__(self, "impulse", float(f"{SMALL_SHARE * smallest:.2g}"))
 
-    def parameters(self, values: Mapping[str, float]) -> dict[str, Any]:
-        """What is not as by default with these values of the knobs."""
-        return parameters_of(self.method, self.knobs, values, self.robot, self.velocity)
+    @property
+    def start(self) -> dict[str, float]:
+        """The default of every parameter."""
+        return {one.name: one.read(self.defaults) for one in self.parameters}
+
+    def settings(self, values: Mapping[str, float]) -> dict[str, Any]:
+        """What is not as by default with these values of the parameters."""
+        return changed_settings(self.parameters, values, self.defaults)
 
     def measure(
         self, values: Mapping[str, float], cells: Sequence[Pushed], workers: int | None
     ) -> Score:
-        """How the method does with these values of the knobs.
+        """How the method does with these values of the parameters.
 
         Raises:
             SurefootError: it refuses them.
         """
-        controller = with_settings(self.method, self.robot, self.velocity, self.parameters(values))
+        controller = with_settings(self.method, self.robot, self.velocity, self.settings(values))
         return score(controller, self.walk, cells, self.impulse, self.scan_step, workers=workers)
 
     def common(self) -> dict[str, Any]:
@@ -108,17 +120,28 @@ class Question:
             "robot": to_builtins(self.robot),
             "velocity": list(self.velocity),
             "method": self.method,
-            "knobs": [asdict(knob) for knob in self.knobs],
+            "parameters": [asdict(one) for one in self.parameters],
             "directions": self.directions,
             "phases": self.phases,
             "step": self.step,
             "seed": self.seed,
             "version": VERSION,
-            "sources": tune_stamp(),
+            "sources": stamp(type(self)),
             "optuna": installed_version("optuna"),
         }
 
-
-def tune_stamp() -> str:
-    """All sources that a trial depends on, as a hash: the kernels, and what asks the questions."""
-    return stamp(Question)
+    def provenance(self) -> dict[str, str]:
+        """What a report must say of the question to have it answered again."""
+        swing = self.robot.swing
+        return {
+            "version": VERSION,
+            "sources": stamp(type(self))[:16],
+            "robot": self.robot.name,
+            "velocity": f"{self.velocity[0]:g}, {self.velocity[1]:g} m/s",
+            "leg": f"{swing.max_speed:g} m/s, {swing.max_acceleration:g} m/s^2",
+            "controller": self.method,
+            "pushes": f"{self.directions} directions, {self.phases} phases of the step, "
+            f"{self.seen[0].cell.push_duration:g} s long",
+            "scan": f"in steps of {self.scan_step:g} N s",
+            "small push": f"{self.impulse:g} N s",
+        }

@@ -9,7 +9,7 @@ from surefoot.errors import ParameterError
 from surefoot.studies.tune.trials import Tried, pareto_front
 
 NOTICEABLE_SURVIVAL, NOTICEABLE_GENTLENESS = 0.005, 0.01
-"""Differences below these are nobody's reason to turn a knob [-]."""
+"""A smaller difference is no reason to change a parameter [-]."""
 
 Objectives = tuple[float, float]
 """Survival and gentleness."""
@@ -17,7 +17,7 @@ Objectives = tuple[float, float]
 Values = Mapping[str, float]
 
 Try = Callable[[Values], Objectives | None]
-"""Measures values of the knobs; None if the controller refuses them."""
+"""Measures values of the parameters; None if the controller refuses them."""
 
 PREFERENCES: Mapping[str, Callable[[Objectives], tuple[float, float]]] = {
     "survival": lambda of: (of[0], -of[1]),
@@ -29,17 +29,17 @@ PREFERENCES: Mapping[str, Callable[[Objectives], tuple[float, float]]] = {
 
 @dataclass(frozen=True)
 class Reason:
-    """Why a knob is where it is.
+    """Why a parameter has its value.
 
     Attributes:
-        knob: its name.
+        parameter: its name.
         default: value that it had.
         value: that it has now.
-        without: survival and gentleness with this knob alone turned back; None if the controller
+        without: survival and gentleness with this parameter alone set back; None if the controller
             refuses that.
     """
 
-    knob: str
+    parameter: str
     default: float
     value: float
     without: Objectives | None
@@ -83,46 +83,46 @@ def no_worse(one: Objectives | None, other: Objectives, spare: Objectives = (0.0
 def simplest(
     chosen: Tried, defaults: Values, default: Objectives, attempt: Try
 ) -> dict[str, float]:
-    """The chosen values, with every knob turned back that makes no noticeable difference.
+    """The chosen values, with every parameter set back that makes no noticeable difference.
 
     The one that makes the least goes first; then the rest is measured without it, until none goes
-    any more. What is lost by
-    all of them together is compared with the chosen trial, so that little does not add up.
+    any more. What is lost by all of them together is compared with the chosen trial, so that small
+    losses do not add up.
 
     Args:
         chosen: the trial.
-        defaults: of the knobs.
+        defaults: of the parameters.
         default: survival and gentleness of these, which must not become worse.
         attempt: measures values.
     """
     best, values = _objectives(chosen), dict(chosen.values)
     spare = (NOTICEABLE_SURVIVAL, NOTICEABLE_GENTLENESS)
 
-    def lost(knob: str) -> float:
-        found = attempt({**values, knob: defaults[knob]})
+    def lost(name: str) -> float:
+        found = attempt({**values, name: defaults[name]})
         if found is None:
             return float("inf")
         return max((best[0] - found[0]) / spare[0], (found[1] - best[1]) / spare[1])
 
     while True:
-        changed = [knob for knob in values if values[knob] != defaults[knob]]
+        changed = [name for name in values if values[name] != defaults[name]]
         before = values
-        for knob in sorted(changed, key=lost):
-            simpler = {**values, knob: defaults[knob]}
+        for name in sorted(changed, key=lost):
+            simpler = {**values, name: defaults[name]}
             found = attempt(simpler)
             if no_worse(found, best, spare) and no_worse(found, default):
                 values = simpler
-        # What mattered beside another knob may not matter without it.
+        # What mattered beside another parameter may not matter without it.
         if values == before:
             return values
 
 
 def reasons(values: Values, defaults: Values, attempt: Try) -> list[Reason]:
-    """Why each knob is where it is, if it was turned: what is lost if it alone is turned back."""
+    """Why each parameter that was changed has its value: what is lost if it alone is set back."""
     return [
-        Reason(knob, defaults[knob], value, attempt({**values, knob: defaults[knob]}))
-        for knob, value in values.items()
-        if value != defaults[knob]
+        Reason(name, defaults[name], value, attempt({**values, name: defaults[name]}))
+        for name, value in values.items()
+        if value != defaults[name]
     ]
 
 

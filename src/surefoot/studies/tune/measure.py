@@ -2,7 +2,7 @@
 
 Survival is the mean, over directions and phases of a step, of
 
-    survived impulse / the limit that nobody can pass.
+    survived impulse / theoretical limit.
 
 Effort is the mean, over the same small pushes, of three shares of what the robot has, with weights:
 
@@ -40,7 +40,7 @@ SIDES = (Side.LEFT, Side.RIGHT)
 
 @dataclass(frozen=True)
 class Pushed:
-    """A cell with what nobody can pass there [N s]."""
+    """A cell with its theoretical limit [N s]."""
 
     cell: PushCell
     limit: float

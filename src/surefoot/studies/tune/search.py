@@ -14,10 +14,7 @@ from surefoot.control.settings import Settings
 from surefoot.errors import ParameterError, StudyError, SurefootError
 from surefoot.studies.engine.provenance import made_with
 from surefoot.studies.engine.table import claim_folder
-from surefoot.studies.tune.knobs import defaults_of
-from surefoot.studies.tune.push_score import Score
-from surefoot.studies.tune.trials import REFUSED, Trials, Tried, pareto_front
-from surefoot.studies.tune.tune_choice import (
+from surefoot.studies.tune.choice import (
     Objectives,
     Reason,
     check_preference,
@@ -25,23 +22,24 @@ from surefoot.studies.tune.tune_choice import (
     reasons,
     simplest,
 )
-from surefoot.studies.tune.tune_question import Question, tune_stamp
-from surefoot.version import VERSION
+from surefoot.studies.tune.measure import Score
+from surefoot.studies.tune.question import Question
+from surefoot.studies.tune.trials import REFUSED, Trials, Tried, pareto_front
 
 Report = Callable[[int, int], None]
 
 
 @dataclass(frozen=True)
 class Tuned:
-    """What came out, as plain data for whoever shows it.
+    """What came out.
 
     Attributes:
         settings: the method with what was changed for good.
         trials: all that were finished; the first is the default.
         front: numbers of those that no other one beats.
         chosen: number of the one that was taken.
-        dropped: knobs that it had turned, but that make no noticeable difference.
-        reasons: why each of the others is where it is.
+        dropped: parameters that it had changed, but that make no noticeable difference.
+        reasons: why each of the others has its value.
         scores: by "default" and "tuned", and then by "seen" and "unseen".
         provenance: what a report says of itself.
     """
@@ -60,6 +58,16 @@ class Tuned:
         found, default = self.scores[which][where], self.scores["default"][where]
         return (found.survival, found.gentleness(default))
 
+    def points(self) -> dict[int, Objectives]:
+        """What every trial reached whose values were not refused, by its number."""
+        return {one.number: one.objectives for one in self.trials if one.objectives is not None}
+
+    def front_points(self) -> list[tuple[Tried, Objectives]]:
+        """The trials of the front with what they reached, the gentlest first."""
+        points = self.points()
+        found = [(one, points[one.number]) for one in self.trials if one.number in self.front]
+        return sorted(found, key=lambda one: one[1][1])
+
     @property
     def changed(self) -> bool:
         """Whether anything is better than the default."""
@@ -74,7 +82,15 @@ class Tuned:
                 for name, value in self.settings.parameters.items()
             },
             "changed": self.changed,
-            "reasons": [asdict(one) for one in self.reasons],
+            "reasons": [
+                {
+                    "knob": one.parameter,
+                    "default": one.default,
+                    "value": one.value,
+                    "without": one.without,
+                }
+                for one in self.reasons
+            ],
             "dropped": self.dropped,
             "scores": {
                 which: {
@@ -118,12 +134,12 @@ def tune(
     """
     if isinstance(trials, bool) or not isinstance(trials, int) or trials < 1:
         raise ParameterError("`trials` of at least 1", repr(trials), "100 is usual")
-    defaults = defaults_of(question.method, question.knobs, question.robot, question.velocity)
+    defaults = question.start
     # Before the folder is claimed, so that a mistake leaves nothing behind.
     check_preference(prefer)
     optional_module("optuna", "tuning", "tune")
     claim_folder(folder, question.common())
-    search = Trials(folder, question.knobs, defaults, question.seed)
+    search = Trials(folder, question.parameters, defaults, question.seed)
     measured = _Measured(question, search, workers, report)
     if measured.default.effort <= 0.0:
         raise StudyError(
@@ -142,14 +158,20 @@ def tune(
     why = reasons(values, defaults, measured.objectives)
     measured.end_checks()
     return Tuned(
-        settings=Settings(question.method, question.parameters(values)),
+        settings=Settings(question.method, question.settings(values)),
         trials=found,
         front=[one.number for one in pareto_front(found)],
         chosen=taken.number,
-        dropped=[knob for knob, value in taken.values.items() if value != values[knob]],
+        dropped=[name for name, value in taken.values.items() if value != values[name]],
         reasons=why,
         scores=scores,
-        provenance=_provenance(question, len(found), prefer),
+        provenance={
+            **question.provenance(),
+            "trials": f"{len(found)}",
+            "seed": f"{question.seed}",
+            "preferred": prefer,
+            **made_with("numpy", "numba", "optuna"),
+        },
     )
 
 
@@ -166,10 +188,7 @@ class _Measured:
     expected: int | None = None
 
     def __post_init__(self) -> None:
-        defaults = defaults_of(
-            self.question.method, self.question.knobs, self.question.robot, self.question.velocity
-        )
-        self.default = self.score(defaults, "seen")
+        self.default = self.score(self.question.start, "seen")
 
     def of(self, found: Score) -> Objectives:
         return (found.survival, found.gentleness(self.default))
@@ -177,7 +196,7 @@ class _Measured:
     def trial(self, values: dict[str, float]) -> tuple[Objectives | None, dict[str, Any]]:
         """One trial; that of the default is known."""
         try:
-            if not self.question.parameters(values):
+            if not self.question.settings(values):
                 found = self.default
             else:
                 found = self.question.measure(values, self.question.seen, self.workers)
@@ -195,13 +214,13 @@ class _Measured:
         return Score(**self._remembered(values, where))
 
     def tell_trials(self, done: int, trials: int) -> None:
-        """So many trials are finished; afterwards each knob is turned back, some twice."""
+        """So many trials are finished; afterwards each parameter is set back, some twice."""
         self.done = done
-        self._tell(trials + 2 * len(self.question.knobs))
+        self._tell(trials + 2 * len(self.question.parameters))
 
     def begin_checks(self, done: int) -> None:
         """From here on every measurement is told."""
-        self.done, self.expected = done, done + 2 * len(self.question.knobs)
+        self.done, self.expected = done, done + 2 * len(self.question.parameters)
 
     def end_checks(self) -> None:
         """All is measured, sooner or later than expected."""
@@ -225,24 +244,3 @@ class _Measured:
     def _tell(self, expected: int) -> None:
         if self.report is not None:
             self.report(self.done, expected)
-
-
-def _provenance(question: Question, trials: int, prefer: str) -> dict[str, str]:
-    """What a report must say of itself to be made again."""
-    robot, swing = question.robot, question.robot.swing
-    return {
-        "version": VERSION,
-        "sources": tune_stamp()[:16],
-        "robot": robot.name,
-        "velocity": f"{question.velocity[0]:g}, {question.velocity[1]:g} m/s",
-        "leg": f"{swing.max_speed:g} m/s, {swing.max_acceleration:g} m/s^2",
-        "controller": question.method,
-        "pushes": f"{question.directions} directions, {question.phases} phases of the step, "
-        f"{question.seen[0].cell.push_duration:g} s long",
-        "scan": f"in steps of {question.scan_step:g} N s",
-        "small push": f"{question.impulse:g} N s",
-        "trials": f"{trials}",
-        "seed": f"{question.seed}",
-        "preferred": prefer,
-        **made_with("numpy", "numba", "optuna"),
-    }

@@ -13,7 +13,7 @@ from matplotlib.ticker import MaxNLocator, NullLocator
 from numpy.typing import NDArray
 
 from surefoot.show import palette
-from surefoot.studies.sweep.sweep_columns import Column, number_word
+from surefoot.studies.sweep.columns import Column, number_word
 
 Which = Literal["x", "y"]
 Places = Sequence[float] | NDArray[np.float64]
@@ -145,3 +145,16 @@ def even_grid(ax: Axes) -> None:
     """Faint lines behind everything."""
     ax.grid(visible=True, which="major", color="#e6e6e6", linewidth=0.6, zorder=0.0)
     ax.set_axisbelow(True)
+
+
+def span_values(ax: Axes, values: NDArray[np.float64], room: float) -> None:
+    """Limits along y that hold all values, from 0 on if none is below.
+
+    Args:
+        ax: whose limits are set.
+        values: finite, at least one.
+        room: beside the values, a share of what they span.
+    """
+    low, high = float(values.min()), float(values.max())
+    beside = room * ((high - min(low, 0.0)) or 1.0)
+    ax.set_ylim(0.0 if low >= 0.0 else low - beside, high + beside)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -16,14 +17,17 @@ from click.testing import CliRunner
 import surefoot as sf
 from surefoot.cli import main
 from surefoot.dcm.pushes import PUSH
-from surefoot.studies.push_map import push_cube
-from surefoot.studies.push_map.push_cube import FELL, RECOVERED, TABLE, UNSETTLED, measure_cube
-from surefoot.studies.push_map.push_grid import PushGrid
+from surefoot.studies.engine import study
+from surefoot.studies.engine.study import Measured, run
+from surefoot.studies.push_map import measure, question
+from surefoot.studies.push_map.measure import FELL, PER_WALK, RECOVERED, UNSETTLED
+from surefoot.studies.push_map.question import Cell, PushMap
 from surefoot.worlds.point.batch import simulate_batch
 from surefoot.worlds.point.progress import WALK_RESULT
 from surefoot.worlds.point.walks import Walks
 
-SMALL = PushGrid(directions=6, phases=2, step=10.0, coarse=40.0)
+SMALL: dict[str, Any] = {"directions": 6, "phases": 2, "step": 10.0, "coarse": 40.0}
+TABLE = "push-map.parquet"
 
 
 @pytest.fixture(scope="module")
@@ -43,7 +47,19 @@ def unified(slow_leg: sf.Robot) -> sf.UnifiedController:
 
 @pytest.fixture(scope="module")
 def rows(hybrid: sf.HybridController, tmp_path_factory: pytest.TempPathFactory) -> list[dict]:
-    return measure_cube(hybrid, SMALL, tmp_path_factory.mktemp("small") / "map").rows
+    return walked(PushMap(hybrid, **SMALL), tmp_path_factory.mktemp("small") / "map").rows
+
+
+def walked(study: PushMap, folder: Path, **how: Any) -> Measured[PushMap]:
+    """The map, measured in this process."""
+    return run(study, folder, workers=1, **how)
+
+
+def at(study: PushMap, phase: float) -> list[dict[str, Any]]:
+    """The rows of one phase."""
+    cells = [Cell(phase, angle) for angle in study.angles]
+    rows = study.measure_many(cells)
+    return [study.columns(cell) | row for cell, row in zip(cells, rows, strict=True)]  # type: ignore[operator]
 
 
 def numbers(rows: list[dict[str, Any]]) -> list[tuple[Any, ...]]:
@@ -54,9 +70,9 @@ def numbers(rows: list[dict[str, Any]]) -> list[tuple[Any, ...]]:
 def test_a_walk_of_the_map_is_the_walk_of_simulate(
     hybrid: sf.HybridController, rows: list[dict[str, Any]]
 ) -> None:
-    duration = hybrid.gait.step_duration
+    duration, study = hybrid.gait.step_duration, PushMap(hybrid, **SMALL)
     for row in rows[::2]:
-        x, y = SMALL.direction(row["angle"])
+        x, y = study.direction(row["angle"])
         for number in range(0, len(row["impulses"]), 3):
             force = row["impulses"][number] / 0.2
             push = sf.Push(row["phase"] * duration, 0.2, (x * force, y * force))
@@ -71,11 +87,11 @@ def test_the_first_step_answers_for_the_third(
     name: str, phase: float, request: pytest.FixtureRequest
 ) -> None:
     controller = request.getfixturevalue(name)
-    grid = PushGrid(directions=5, phases=20, step=4.0, coarse=4.0)
-    for row in push_cube.measure_phase(controller, grid, phase)[::2]:
+    study = PushMap(controller, directions=5, phases=20, step=4.0, coarse=4.0)
+    for row in at(study, phase)[::2]:
         third = sf.smallest_failing_push(
             controller,
-            grid.direction(row["angle"]),
+            study.direction(row["angle"]),
             start=(2.0 + phase) * controller.gait.step_duration,
             step=4.0,
         )
@@ -86,9 +102,9 @@ def test_the_first_step_answers_for_the_third(
 def test_left_is_right_in_the_mirror(
     hybrid: sf.HybridController, rows: list[dict[str, Any]], tmp_path: Path
 ) -> None:
-    left = PushGrid(directions=6, phases=2, step=10.0, coarse=40.0, support_side=sf.Side.LEFT)
+    left = PushMap(hybrid, **SMALL, support_side=sf.Side.LEFT)
     assert left.direction(90.0) == (0.0, -1.0)
-    mirrored = measure_cube(hybrid, left, tmp_path / "map").rows
+    mirrored = walked(left, tmp_path / "map").rows
     for here, there in zip(rows, mirrored, strict=True):
         assert here["fate"] == there["fate"]
         assert here["recovery_steps"] == there["recovery_steps"]
@@ -97,8 +113,8 @@ def test_left_is_right_in_the_mirror(
 
 
 def test_nothing_above_the_limit_is_survived(unified: sf.UnifiedController) -> None:
-    grid = PushGrid(directions=8, phases=20, step=20.0)
-    for row in push_cube.measure_phase(unified, grid, 0.3):
+    study = PushMap(unified, directions=8, phases=20, step=20.0)
+    for row in at(study, 0.3):
         assert row["survived"] <= row["limit"] < row["impulse"]
         assert 0.0 < row["limit_causal"] <= row["limit"]
         assert row["fraction"] <= row["fraction_causal"] <= 1.0
@@ -106,7 +122,7 @@ def test_nothing_above_the_limit_is_survived(unified: sf.UnifiedController) -> N
         start = 0.3 * unified.gait.step_duration
         pushes["start"], pushes["end"] = start, start + 0.2
         above = row["limit"] * np.array([1.005, 1.02, 1.05, 1.1, 1.3, 2.0])
-        pushes["force"][:, 0] = np.outer(above / 0.2, grid.direction(row["angle"]))
+        pushes["force"][:, 0] = np.outer(above / 0.2, study.direction(row["angle"]))
         walks = simulate_batch(
             unified, Walks(pushes=pushes), 9.0, first_support=sf.Side.RIGHT, stop_when_settled=True
         )
@@ -116,8 +132,8 @@ def test_nothing_above_the_limit_is_survived(unified: sf.UnifiedController) -> N
 def test_the_fast_way_finds_what_the_full_one_does(
     hybrid: sf.HybridController, rows: list[dict[str, Any]], tmp_path: Path
 ) -> None:
-    full = PushGrid(directions=6, phases=2, step=10.0, coarse=10.0)
-    every = measure_cube(hybrid, full, tmp_path / "map").rows
+    full = PushMap(hybrid, **{**SMALL, "coarse": 10.0})
+    every = walked(full, tmp_path / "map").rows
     for fast, row in zip(rows, every, strict=True):
         assert fast["impulse"] == row["impulse"]
         assert row["impulses"] == [10.0 * number for number in range(len(row["impulses"]))]
@@ -130,7 +146,7 @@ def test_the_fast_way_finds_what_the_full_one_does(
 def with_holes(survives: Callable[[float], bool]) -> Callable[..., Any]:
     """In the place of `simulate_batch`: what an impulse does is given."""
 
-    def walk(controller: Any, walks: Walks, duration: float, **options: Any) -> Any:
+    def walk(controller: Any, walks: Walks, **options: Any) -> Any:
         pushes = walks.push_table()
         impulses = 0.2 * np.hypot(*pushes["force"][:, 0].T)
         results = np.zeros(len(pushes), WALK_RESULT)
@@ -149,10 +165,9 @@ def test_a_hole_narrower_than_the_coarse_step_is_missed(
     coarse: float, impulse: float, holes: bool,
 ) -> None:  # fmt: skip
     monkeypatch.setattr(
-        push_cube, "simulate_batch", with_holes(lambda j: j < 40.0 and not 13.0 <= j < 15.0)
+        measure, "simulate_batch", with_holes(lambda j: j < 40.0 and not 13.0 <= j < 15.0)
     )
-    grid = PushGrid(directions=1, phases=1, coarse=coarse)
-    (row,) = push_cube.measure_phase(hybrid, grid, 0.0)
+    (row,) = at(PushMap(hybrid, directions=1, phases=1, coarse=coarse), 0.0)
     assert (row["impulse"], row["holes"] > 0) == (impulse, holes)
     assert row["survived"] == impulse - 1.0
     assert row["failure"] == "fell"
@@ -161,13 +176,13 @@ def test_a_hole_narrower_than_the_coarse_step_is_missed(
 def test_a_gait_that_nothing_fells_or_everything_does(
     hybrid: sf.HybridController, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    grid = PushGrid(directions=1, phases=1, step=10.0)
-    monkeypatch.setattr(push_cube, "simulate_batch", with_holes(lambda j: True))
-    (row,) = push_cube.measure_phase(hybrid, grid, 0.0)
+    study = PushMap(hybrid, directions=1, phases=1, step=10.0)
+    monkeypatch.setattr(measure, "simulate_batch", with_holes(lambda j: True))
+    (row,) = at(study, 0.0)
     assert (row["impulse"], row["failure"], row["fraction"]) == (math.inf, "none", 1.0)
     assert row["survived"] == row["scanned"] == row["impulses"][-1]
-    monkeypatch.setattr(push_cube, "simulate_batch", with_holes(lambda j: False))
-    (row,) = push_cube.measure_phase(hybrid, grid, 0.0)
+    monkeypatch.setattr(measure, "simulate_batch", with_holes(lambda j: False))
+    (row,) = at(study, 0.0)
     assert (row["impulse"], row["survived"], row["fraction"]) == (0.0, 0.0, 0.0)
 
 
@@ -175,54 +190,55 @@ def test_a_map_that_was_stopped_repeats_nothing(
     hybrid: sf.HybridController, rows: list[dict[str, Any]], tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:  # fmt: skip
-    measured, measure_phase = [], push_cube.measure_phase
+    walked_cells, honest = [], question.measure_cells
+    study = PushMap(hybrid, **SMALL)
+    monkeypatch.setattr(PushMap, "KEEP_EVERY", 0.0)
 
-    def stopped(controller: Any, grid: Any, phase: float, **options: Any) -> Any:
-        if measured:
+    def stopped(study: PushMap, cells: Any) -> Any:
+        if walked_cells:
             raise KeyboardInterrupt
-        measured.append(phase)
-        return measure_phase(controller, grid, phase, **options)
+        return again(study, cells)
 
-    monkeypatch.setattr(push_cube, "measure_phase", stopped)
+    def again(study: PushMap, cells: Any) -> Any:
+        walked_cells.extend(cells)
+        return honest(study, cells)
+
+    monkeypatch.setattr(question, "measure_cells", stopped)
     with pytest.raises(KeyboardInterrupt):
-        measure_cube(hybrid, SMALL, tmp_path / "map")
+        walked(study, tmp_path / "map")
     assert not (tmp_path / "map" / TABLE).exists()
-
-    def again(controller: Any, grid: Any, phase: float, **options: Any) -> Any:
-        measured.append(phase)
-        return measure_phase(controller, grid, phase, **options)
-
-    monkeypatch.setattr(push_cube, "measure_phase", again)
+    monkeypatch.setattr(question, "measure_cells", again)
     done: list[tuple[int, int]] = []
-    cube = measure_cube(hybrid, SMALL, tmp_path / "map", report=lambda *so_far: done.append(so_far))
-    assert measured == [0.0, 0.5]
-    assert numbers(cube.rows) == numbers(rows)
+    found = walked(study, tmp_path / "map", report=lambda *so_far: done.append(so_far))
+    assert walked_cells == list(study.cells())
+    assert numbers(found.rows) == numbers(rows)
     assert done[0] == (6, 12)
     assert done[-1] == (12, 12)
     assert done == sorted(done)
-    measure_cube(hybrid, SMALL, tmp_path / "map")
-    assert measured == [0.0, 0.5]
+    walked(study, tmp_path / "map")
+    assert walked_cells == list(study.cells())
 
 
 def test_the_number_of_workers_changes_nothing(
     hybrid: sf.HybridController, rows: list[dict[str, Any]], tmp_path: Path
 ) -> None:
-    assert numbers(measure_cube(hybrid, SMALL, tmp_path / "map", workers=1).rows) == numbers(rows)
+    found = run(PushMap(hybrid, **SMALL), tmp_path / "map", workers=2)
+    assert numbers(found.rows) == numbers(rows)
 
 
 def test_the_table_says_where_it_is_from(hybrid: sf.HybridController, tmp_path: Path) -> None:
-    grid = PushGrid(directions=2, phases=1, step=40.0)
-    cube = measure_cube(hybrid, grid, tmp_path / "map", name="the paper's hybrid")
+    study = PushMap(hybrid, directions=2, phases=1, step=40.0, label="the paper's hybrid")
+    found = walked(study, tmp_path / "map")
     path = tmp_path / "map" / TABLE
     about = polars.read_parquet_metadata(path)
-    assert json.loads(about["surefoot.provenance"]) == cube.provenance
-    assert json.loads(about["surefoot.grid"]) == grid.as_numbers()
-    assert cube.provenance["controller"] == "the paper's hybrid"
-    assert "dcm_gain=3.0" in cube.provenance["parameters"]
-    walks = polars.read_parquet(path).explode(*push_cube.PER_WALK)
-    assert len(walks) == cube.walks
+    assert json.loads(about["surefoot.provenance"]) == found.provenance
+    assert json.loads(about["surefoot.grid"]) == study.grid()
+    assert found.provenance["controller"] == "the paper's hybrid"
+    assert "dcm_gain=3.0" in found.provenance["parameters"]
+    walks = polars.read_parquet(path).explode(*PER_WALK)
+    assert len(walks) == sum(len(row["impulses"]) for row in found.rows)
     with pytest.raises(sf.FileError, match=r"a folder of the same study \(step: 20.0\)"):
-        measure_cube(hybrid, PushGrid(directions=2, phases=1, step=20.0), tmp_path / "map")
+        walked(replace(study, step=20.0, coarse=None), tmp_path / "map")
 
 
 @pytest.mark.parametrize(
@@ -237,32 +253,35 @@ def test_the_table_says_where_it_is_from(hybrid: sf.HybridController, tmp_path: 
         ({"coarse": 300.0}, "1 to 200 times the step"),
     ],
 )
-def test_a_grid_that_makes_no_sense(arguments: dict[str, Any], message: str) -> None:
+def test_pushes_that_make_no_sense(
+    hybrid: sf.HybridController, arguments: dict[str, Any], message: str
+) -> None:
     with pytest.raises(sf.ParameterError, match=message):
-        PushGrid(**arguments)
+        PushMap(hybrid, **arguments)
 
 
 def test_nobody_walks_without_workers(hybrid: sf.HybridController, tmp_path: Path) -> None:
-    with pytest.raises(sf.ParameterError, match="`workers` of at least 1"):
-        measure_cube(hybrid, SMALL, tmp_path / "map", workers=0)
+    with pytest.raises(sf.ParameterError, match="a number of workers; got 0"):
+        run(PushMap(hybrid, **SMALL), tmp_path / "map", workers=0)
 
 
 def test_a_leg_that_cannot_keep_up_is_refused(tmp_path: Path, slow_leg: sf.Robot) -> None:
     crawling = sf.HybridController(slow_leg.with_leg(max_speed=0.3), (0.5, 0.0))
     with pytest.raises(sf.VelocityError, match="a leg of at least"):
-        measure_cube(crawling, SMALL, tmp_path / "map")
+        walked(PushMap(crawling, **SMALL), tmp_path / "map")
     assert not (tmp_path / "map").exists()
 
 
 def command(*words: str) -> Any:
     options = ("--controller", "hybrid", "--directions", "4", "--phases", "2", "--step", "20")
-    return CliRunner().invoke(main, ["push-map", *options, *words])
+    return CliRunner().invoke(main, ["push-map", *options, "--workers", "1", *words])
 
 
 def test_the_command_writes_page_table_and_pictures(tmp_path: Path) -> None:
     done = command("--out", str(tmp_path / "map"), "--leg-speed", "3")
     assert done.exit_code == 0, done.output
-    names = {"push-map.html", "push-map.png", "push-map-polar.png", TABLE, "run.json", "shards"}
+    names = {"push-map.html", "push-map.md", "push-map.png", "push-map-polar.png", TABLE,
+             "run.json", "shards"}  # fmt: skip
     assert {path.name for path in (tmp_path / "map").iterdir()} == names
     assert "forward" in done.output
     again = command("--out", str(tmp_path / "map"), "--json")
@@ -281,7 +300,7 @@ def test_the_command_that_is_stopped_says_what_is_kept(
     def stopped(*arguments: Any, **options: Any) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(push_cube, "measure_phase", stopped)
+    monkeypatch.setattr(study, "measure_missing", stopped)
     done = command("--out", str(tmp_path / "map"))
     assert done.exit_code == 130
     assert "the same command goes on there" in done.stderr
@@ -291,7 +310,7 @@ def test_the_command_that_is_stopped_says_what_is_kept(
     ("words", "message"),
     [
         (("--full", "--coarse", "40"), "expected `--coarse` or `--full`; got both"),
-        (("--workers", "0"), "a number of workers of at least 1; got 0"),
+        (("--workers", "0"), "a number of workers; got 0"),
         (("--controller", "luck"), "a method ("),
         (("--coarse", "30"), "`coarse` as 1 to 200 times the step of 20 N s; got 30 N s"),
         (("--leg-speed", "1"), "a leg of at least"),

@@ -20,25 +20,22 @@ from matplotlib.figure import Figure
 from playwright.sync_api import Browser, Page, expect, sync_playwright
 from rich.console import Console
 
+import surefoot as sf
 from surefoot.errors import FileError, ParameterError
-from surefoot.studies.push_map.cube import FELL, RECOVERED, UNSETTLED, PushCube, push_cube
-from surefoot.studies.push_map.push_cube_figure import heat_figure, polar_figure
-from surefoot.studies.push_map.push_cube_page import SCRIPTS, cube_page, page_data
-from surefoot.studies.push_map.push_cube_report import (
-    HEAT,
-    PAGE,
-    POLAR,
-    print_cube,
-    write_cube_report,
-)
-from surefoot.studies.push_map.push_cube_words import finding, protocol, summary
+from surefoot.studies.engine.study import Measured
+from surefoot.studies.push_map.map_numbers import MapNumbers, finding, protocol, summary
+from surefoot.studies.push_map.measure import FELL, RECOVERED, UNSETTLED
+from surefoot.studies.push_map.pictures import heat_figure, polar_figure
+from surefoot.studies.push_map.question import PushMap
+from surefoot.studies.push_map.show import SCRIPTS, page_data, report
 
 BROWSER = shutil.which("chromium") or shutil.which("chromium-browser")
 needs_browser = pytest.mark.skipif(BROWSER is None, reason="no chromium to run the script in")
 
-GRID = {"step": 2.0, "coarse": 4.0, "push_duration": 0.2}
 HOLED = (0.5, 90.0)
-PROVENANCE = {"robot": "nobody", "controller": "<b>guess</b>", "leg speed": "3 m/s"}
+PROVENANCE = {"robot": "nobody", "controller": "<b>guess</b>", "velocity": "0.5, 0 m/s",
+              "leg speed": "3 m/s"}  # fmt: skip
+FILES = ["push-map.html", "push-map.md", "push-map.png", "push-map-polar.png"]
 
 
 def made_up_rows(directions: int = 8, phases: int = 4) -> list[dict[str, Any]]:
@@ -60,6 +57,8 @@ def made_up_rows(directions: int = 8, phases: int = 4) -> list[dict[str, Any]]:
                 "phase": float(phase), "angle": float(angle), "impulse": impulse,
                 "survived": impulse - 2.0, "limit": limit, "limit_causal": 0.9 * limit,
                 "limit_fixed": 15.0,
+                "fraction": min((impulse - 2.0) / limit, 1.0),
+                "fraction_causal": min((impulse - 2.0) / (0.9 * limit), 1.0),
                 "holes": int(holed), "impulses": impulses, "fate": fate,
                 "recovery_steps": [3 + number // 5 if one == RECOVERED else -1
                                    for number, one in enumerate(fate)],
@@ -68,16 +67,23 @@ def made_up_rows(directions: int = 8, phases: int = 4) -> list[dict[str, Any]]:
     return rows
 
 
-@pytest.fixture(scope="module")
-def cube() -> PushCube:
-    return push_cube(made_up_rows(), GRID, PROVENANCE)
+def arranged(rows: list[dict[str, Any]], **pushes: Any) -> MapNumbers:
+    """These rows as a map."""
+    controller = sf.HybridController(sf.load_robot("paper-biped"), (0.5, 0.0))
+    asked: dict[str, Any] = {"directions": 8, "phases": 4, "step": 2.0, "coarse": 4.0}
+    return MapNumbers(Measured(PushMap(controller, **asked | pushes), rows, [], PROVENANCE))
 
 
 @pytest.fixture(scope="module")
-def path(cube: PushCube, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def cube() -> MapNumbers:
+    return arranged(made_up_rows())
+
+
+@pytest.fixture(scope="module")
+def path(cube: MapNumbers, tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("page")
-    assert [one.name for one in write_cube_report(cube, folder)] == [PAGE, HEAT, POLAR]
-    return folder / PAGE
+    assert [one.name for one in report(cube).write(folder)] == FILES
+    return folder / "push-map.html"
 
 
 @pytest.fixture(scope="module")
@@ -99,7 +105,7 @@ def page(browser: Browser) -> Iterator[Page]:
     assert wrong == []
 
 
-def test_rows_are_arranged_by_phase_and_direction(cube: PushCube) -> None:
+def test_rows_are_arranged_by_phase_and_direction(cube: MapNumbers) -> None:
     rows = made_up_rows()
     assert cube.walks == sum(len(row["impulses"]) for row in rows)
     for row in rows:
@@ -115,21 +121,21 @@ def test_rows_are_arranged_by_phase_and_direction(cube: PushCube) -> None:
 
 def test_half_a_map_is_refused() -> None:
     with pytest.raises(ParameterError, match="got 31 rows of 4 phases and 8 directions"):
-        push_cube(made_up_rows()[1:], GRID, {})
+        arranged(made_up_rows()[1:])
     with pytest.raises(ParameterError, match="one row for each phase and direction"):
-        push_cube([], GRID, {})
+        arranged([])
 
 
-def test_words_say_what_the_numbers_are(cube: PushCube) -> None:
+def test_words_say_what_the_numbers_are(cube: MapNumbers) -> None:
     found = summary(cube)
     assert found["cells"] == 32
     assert found["cells_with_holes"] == 1
     assert found["fraction_worst"] == pytest.approx(float(cube.share.min()))
     assert "In 1 of 32 cells" in finding(cube)
-    assert "narrower than 4 N s, may have been missed" in " ".join(protocol(cube))
-    full = push_cube(made_up_rows(), {**GRID, "coarse": 2.0}, {})
-    assert "Every impulse was walked" in " ".join(protocol(full))
-    assert "missed" not in " ".join(protocol(full))
+    assert "narrower than 4 N s, may have been missed" in " ".join(protocol(cube.study))
+    full = arranged(made_up_rows(), coarse=2.0)
+    assert "Every impulse was walked" in " ".join(protocol(full.study))
+    assert "missed" not in " ".join(protocol(full.study))
 
 
 def test_the_page_needs_nothing_else(path: Path) -> None:
@@ -141,7 +147,7 @@ def test_the_page_needs_nothing_else(path: Path) -> None:
     assert "&lt;b&gt;guess" in text
 
 
-def test_what_is_packed_is_what_was_measured(cube: PushCube) -> None:
+def test_what_is_packed_is_what_was_measured(cube: MapNumbers) -> None:
     data = page_data(cube)
     count, gap, code, margin = (
         np.frombuffer(base64.b64decode(data[name]), kind)
@@ -157,31 +163,37 @@ def test_what_is_packed_is_what_was_measured(cube: PushCube) -> None:
         assert 1e-4 * margin[own] == pytest.approx(row["margin"], abs=6e-5)
 
 
-def test_the_page_is_small(cube: PushCube) -> None:
+def test_the_page_is_small(cube: MapNumbers) -> None:
     """A map of every impulse on the usual grid stays below 3 MB."""
-    whole = len(cube_page(push_cube(made_up_rows(), GRID, {})))
+    whole = len(report(cube).html())
     walks = sum(len(page_data(cube)[name]) for name in ("gap", "code", "margin")) / cube.walks
     assert whole + 250_000 * walks < 3e6
 
 
-def test_the_page_is_written_the_same_every_time(cube: PushCube, path: Path) -> None:
-    assert cube_page(cube) == path.read_text()
-    assert "no script" not in path.read_text()
-    without = path.read_text().split("<noscript>")[1].split("</noscript>")[0]
-    assert f"{cube.survived[0, 0]:g} of {cube.limit[0, 0]:.1f}" in without
+def test_the_page_is_written_the_same_every_time(cube: MapNumbers, path: Path) -> None:
+    assert report(cube).html() == path.read_text()
+
+
+def test_a_reader_without_scripts_sees_the_axes_at_every_phase(
+    cube: MapNumbers, path: Path
+) -> None:
+    for text in (path.read_text(), path.with_suffix(".md").read_text()):
+        for row in range(4):
+            for way in range(0, 8, 2):
+                assert f"{cube.survived[row, way]:g} of {cube.limit[row, way]:.1f}" in text
 
 
 def test_every_id_that_the_script_asks_for_is_there_once(path: Path) -> None:
     text, asked = path.read_text(), {"data", "impulse-value", "phase-value", "angle-value"}
     for name in SCRIPTS:
-        script = (files("surefoot.studies") / name).read_text()
+        script = (files("surefoot.studies.push_map") / name).read_text()
         asked |= set(re.findall(r'(?:byId|getElementById)\("([\w-]+)"\)', script))
     for name in asked - {"pick"}:
         assert len(re.findall(rf'\bid="{name}"', text)) == 1, name
 
 
 @needs_browser
-def test_a_cell_is_told_in_words(path: Path, page: Page, cube: PushCube) -> None:
+def test_a_cell_is_told_in_words(path: Path, page: Page, cube: MapNumbers) -> None:
     page.goto(f"{path.as_uri()}#show=share&phase=0.25&angle=180&impulse=40")
     said = page.locator("#said")
     expect(said).to_contain_text("Pushed back (180°) at 0.25 of the step")
@@ -220,7 +232,7 @@ def test_keys_sliders_and_clicks_choose_the_same_cell(path: Path, page: Page) ->
 
 
 @needs_browser
-def test_colours_follow_the_impulse(path: Path, page: Page, cube: PushCube) -> None:
+def test_colours_follow_the_impulse(path: Path, page: Page, cube: MapNumbers) -> None:
     page.goto(f"{path.as_uri()}#show=steps&phase=0&angle=0&impulse=60")
     lost = page.locator("#map rect.cell.lost").count()
     assert lost == np.isnan(cube.at(cube.recovery_steps, 60.0)).sum()
@@ -237,7 +249,9 @@ def test_colours_follow_the_impulse(path: Path, page: Page, cube: PushCube) -> N
 
 
 @needs_browser
-def test_the_polar_map_is_drawn_from_above_to_scale(path: Path, page: Page, cube: PushCube) -> None:
+def test_the_polar_map_is_drawn_from_above_to_scale(
+    path: Path, page: Page, cube: MapNumbers
+) -> None:
     page.goto(f"{path.as_uri()}#phase=0.5&angle=90&impulse=8")
     outline = page.locator("#polar path.survived").get_attribute("d") or ""
     points = [tuple(map(float, pair.split(","))) for pair in re.split("[MLZ]", outline) if pair]
@@ -266,7 +280,7 @@ def drawn(figure: Figure, name: str) -> Any:
     return found
 
 
-def test_heat_maps_show_the_numbers(cube: PushCube) -> None:
+def test_heat_maps_show_the_numbers(cube: MapNumbers) -> None:
     figure = heat_figure(cube)
     for key, values in (
         ("survived", cube.survived), ("share", 100.0 * cube.share),
@@ -278,7 +292,7 @@ def test_heat_maps_show_the_numbers(cube: PushCube) -> None:
     assert "[N s]" in figure.axes[0].get_title(loc="left")
 
 
-def test_polar_maps_show_the_limit_around(cube: PushCube) -> None:
+def test_polar_maps_show_the_limit_around(cube: MapNumbers) -> None:
     figure = polar_figure(cube)
     for row, phase in enumerate(cube.phases):
         for name, values in (("limit", cube.limit), ("survived", cube.survived)):
@@ -288,7 +302,7 @@ def test_polar_maps_show_the_limit_around(cube: PushCube) -> None:
 
 
 @pytest.mark.parametrize("draw", [heat_figure, polar_figure])
-def test_the_words_over_a_picture_stay_inside_and_apart(draw: Any, cube: PushCube) -> None:
+def test_the_words_over_a_picture_stay_inside_and_apart(draw: Any, cube: MapNumbers) -> None:
     figure = draw(cube)
     renderer = FigureCanvasAgg(figure).get_renderer()
     boxes = [text.get_window_extent(renderer) for text in figure.texts]
@@ -301,17 +315,22 @@ def test_the_words_over_a_picture_stay_inside_and_apart(draw: Any, cube: PushCub
 @pytest.mark.parametrize(("directions", "phases"), [(1, 1), (2, 1), (5, 7)])
 def test_small_and_odd_maps_are_drawn(directions: int, phases: int, tmp_path: Path) -> None:
     rows = made_up_rows(directions, phases)
-    rows[0] |= {"impulse": 0.0, "survived": 0.0, "fate": [FELL] * len(rows[0]["fate"])}
-    values = push_cube(rows, GRID, {})
-    assert len(write_cube_report(values, tmp_path)) == 3
+    rows[0] |= {
+        "impulse": 0.0,
+        "survived": 0.0,
+        "fraction": 0.0,
+        "fate": [FELL] * len(rows[0]["fate"]),
+    }
+    shown = report(arranged(rows, directions=directions, phases=phases))
+    assert len(shown.write(tmp_path)) == len(FILES)
     said = io.StringIO()
-    print_cube(values, Console(file=said))
+    shown.print(Console(file=said))
     assert "forward" in said.getvalue()
 
 
-def test_a_folder_that_is_not_there(cube: PushCube, tmp_path: Path) -> None:
+def test_a_folder_that_cannot_be_written_to(cube: MapNumbers, path: Path) -> None:
     with pytest.raises(FileError, match="a folder that can be written to"):
-        write_cube_report(cube, tmp_path / "missing")
+        report(cube).write(path / "below-a-file")
 
 
 def test_data_cannot_end_the_script(path: Path) -> None:

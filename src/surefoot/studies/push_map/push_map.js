@@ -3,9 +3,9 @@
 
 (() => {
   const {
-    data, phases, angles, step, cells, cellAt, walkAt, shows, ranges, angleWords, pushWords, newtons, percent, plain, tell,
+    data, phases, angles, step, cells, cellAt, walkAt, shows, ranges, colours, angleWords, pushWords, newtons, percent, plain, tell,
     top, state, RECOVERED, stride,
-  } = cube;
+  } = pushMap;
   const byId = (id) => document.getElementById(id);
   const namespace = byId("map").namespaceURI;
   const classes = ["recovered", "unsettled", "fell"];
@@ -37,9 +37,9 @@
   };
   const colourOf = (key, value) => {
     const [least, most] = ranges[key];
-    const place = Math.min(1, Math.max(0, (value - least) / (most - least))) * (data.colours.length - 1);
-    const below = Math.min(Math.floor(place), data.colours.length - 2);
-    const parts = [below, below + 1].map((index) => [1, 3, 5].map((i) => parseInt(data.colours[index].slice(i, i + 2), 16)));
+    const place = Math.min(1, Math.max(0, (value - least) / (most - least))) * (colours.length - 1);
+    const below = Math.min(Math.floor(place), colours.length - 2);
+    const parts = [below, below + 1].map((index) => [1, 3, 5].map((i) => parseInt(colours[index].slice(i, i + 2), 16)));
     return `rgb(${parts[0].map((v, i) => Math.round(v + (place - below) * (parts[1][i] - v))).join(",")})`;
   };
 
@@ -261,7 +261,7 @@
       const walk = walkAt(cell, state.number);
       const when = newtons(state.number * step);
       if (state.number * step > cell.limit) lines.push(`${when}: above the limit`);
-      else lines.push(Number.isNaN(value) ? `${when}: ${cube.fates[walk.fate]}` : `${when}: ${show.words.toLowerCase()} ${show.text(value)}${show.whole ? "" : ` ${show.unit}`}`);
+      else lines.push(Number.isNaN(value) ? `${when}: ${pushMap.fates[walk.fate]}` : `${when}: ${show.words.toLowerCase()} ${show.text(value)}${show.whole ? "" : ` ${show.unit}`}`);
     }
     tip.replaceChildren(...lines.map((line) => Object.assign(document.createElement("span"), { textContent: line })));
     const around = byId("map").getBoundingClientRect();

@@ -1,120 +1,54 @@
-"""A sweep as a picture: lines over one parameter, a map of two, a panel for each of many."""
+"""A sweep over one parameter, or two of which one has few values, as lines."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from pathlib import Path
-from textwrap import fill
-from typing import Any
+from collections.abc import Sequence
 
 import numpy as np
-from matplotlib import style
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from surefoot.checks import check_writable
-from surefoot.errors import ParameterError
 from surefoot.show import palette
 from surefoot.show.halo import HALO
 from surefoot.show.method_marks import mark
-from surefoot.show.picture_file import FORMATS, marker_path, write_picture
-from surefoot.studies.sweep.sweep_axes import (
+from surefoot.show.picture_file import marker_path
+from surefoot.studies.sweep.axes import (
     even_grid,
     mark_endless,
     mark_missing,
     missing_handles,
     place_axis,
+    span_values,
 )
-from surefoot.studies.sweep.sweep_columns import Column, Quantity, Row, column, quantity
-from surefoot.studies.sweep.sweep_map import draw_map
-from surefoot.studies.sweep.sweep_panels import draw_panels, panels_size
+from surefoot.studies.sweep.columns import Column, Quantity
+
+WIDTH, HEIGHT = 6.4, 4.0
+"""Of the figure [in]."""
 
 MOST_LINES = 6
 """A second parameter of more values is drawn as a map."""
 
-_WIDTH, _HEIGHT, _LEFT, _RIGHT, _FOOT, _HEAD = 6.4, 4.0, 0.72, 0.2, 0.62, 0.72
+_LEFT, _RIGHT, _FOOT, _HEAD = 0.72, 0.2, 0.62, 0.92
 _DIRECT = 0.95
 """Room beside the axes for words at the end of lines [in]."""
 
 
-def draw_sweep(
-    rows: Sequence[Row], about: Mapping[str, Any], path: Path, *, quantity: str | None = None
-) -> None:
-    """Draw the table of a sweep into a file.
+def draw_lines(figure: Figure, columns: Sequence[Column], what: Quantity) -> None:
+    """Draw the quantity over one parameter, with a line for each value of another.
 
     Args:
-        rows: of the table.
-        about: `title`, `robot`, `controller`, `sampling`, and `varied`: the names of the parameters
-            that differ, in order.
-        path: file to write; its ending names the format (.png, .pdf, .svg).
-        quantity: column that is drawn; the smallest failing impulse, or who survived, if None.
-
-    Raises:
-        FileError: another ending, or the file cannot be written.
-        ParameterError: no rows, no such column, or nothing varies.
+        figure: of `WIDTH` and `HEIGHT`, with room for a title.
+        columns: the parameters, one or two.
+        what: the quantity.
     """
-    path = Path(path)
-    check_writable(path, FORMATS)
-    with style.context(["default", palette.STYLE]):
-        figure = sweep_figure(rows, about, quantity)
-    write_picture(figure, path, figure.get_suptitle())
-
-
-def sweep_figure(rows: Sequence[Row], about: Mapping[str, Any], name: str | None = None) -> Figure:
-    """The table of a sweep as a figure of its own, not known to pyplot; see `draw_sweep`.
-
-    Raises:
-        ParameterError: no rows, no such column, or nothing varies.
-    """
-    varied = list(about["varied"])
-    if not varied:
-        raise ParameterError("at least one varied parameter", "none", "name one in [vary]")
-    what = quantity(rows, varied, name)
-    columns = [column(rows, one, about.get("controller")) for one in varied]
-    drawn = about.get("sampling", "grid") != "grid"
-    if drawn or len(columns) > 2:
-        figure = Figure(figsize=panels_size(len(columns)), facecolor="white")
-        draw_panels(figure, columns, what)
-    elif len(columns) == 2 and (
-        what.whether or min(len(one.values) for one in columns) > MOST_LINES
-    ):
-        figure = Figure(figsize=(_WIDTH, _HEIGHT + 0.4), facecolor="white")
-        draw_map(figure, columns[0], columns[1], what)
-    else:
-        figure = Figure(figsize=(_WIDTH, _HEIGHT), facecolor="white")
-        _draw_lines(figure, columns, what)
-    _write_title(figure, about, what, len(rows))
-    return figure
-
-
-def _write_title(figure: Figure, about: Mapping[str, Any], what: Quantity, count: int) -> None:
-    width, height = figure.get_size_inches()
-    title = fill(str(about.get("title") or "a sweep"), int(11.5 * width))
-    sampling = about.get("sampling", "grid")
-    figure.suptitle(
-        title, x=0.14 / width, y=1.0 - 0.1 / height, ha="left", va="top", fontsize=10.5,
-        fontweight="bold",
-    )  # fmt: skip
-    words = [about.get("robot"), about.get("controller"),
-             f"{count} cells" if sampling == "grid" else f"{count} cells, {sampling}"]  # fmt: skip
-    lines = title.count("\n")
-    figure.text(
-        0.14 / width, 1.0 - (0.33 + 0.17 * lines) / height, " · ".join(str(w) for w in words if w),
-        ha="left", va="top", fontsize=8.5, color=palette.QUIET, gid="about",
-    )  # fmt: skip
-
-
-def _draw_lines(figure: Figure, columns: Sequence[Column], what: Quantity) -> None:
-    """The quantity over one parameter, with a line for each value of another."""
     over, apart = columns[0], columns[1] if len(columns) == 2 else None
     if apart is not None and len(apart.values) > MOST_LINES:
         over, apart = apart, over
-    head = _HEAD + 0.2
-    room = _WIDTH - _LEFT - _RIGHT - (_DIRECT if apart is not None else 0.0)
+    room = WIDTH - _LEFT - _RIGHT - (_DIRECT if apart is not None else 0.0)
     ax = figure.add_axes(
-        (_LEFT / _WIDTH, _FOOT / _HEIGHT, room / _WIDTH, 1.0 - (_FOOT + head) / _HEIGHT)
+        (_LEFT / WIDTH, _FOOT / HEIGHT, room / WIDTH, 1.0 - (_FOOT + _HEAD) / HEIGHT)
     )
     place_axis(ax, "x", over, room)
     even_grid(ax)
@@ -177,15 +111,13 @@ def _limit_values(ax: Axes, what: Quantity) -> None:
     if not len(every):
         ax.set_yticks([])
         return
-    low, high = float(every.min()), float(every.max())
-    room = 0.09 * ((high - min(low, 0.0)) or 1.0)
-    ax.set_ylim(0.0 if low >= 0.0 else low - room, high + room)
+    span_values(ax, every, 0.09)
 
 
 def _label_ends(ax: Axes, ends: Sequence[tuple[float, str, str]], room: float) -> bool:
     """Words beside the ends of lines, if they are far enough apart."""
     bottom, top = ax.get_ylim()
-    tall = ax.get_position().height * _HEIGHT
+    tall = ax.get_position().height * HEIGHT
     apart = np.diff(sorted(value for value, _, _ in ends)) * tall / (top - bottom)
     longest = max((len(word) for _, word, _ in ends), default=0)
     if not ends or (apart < 0.14).any() or 0.075 * longest > _DIRECT:
@@ -225,7 +157,7 @@ def _explain(
     if np.isfinite(what.limits).any():
         handles.append(
             Line2D([], [], color=palette.QUIET, linestyle=palette.DOTS, linewidth=0.9,
-                   label="limit for anybody")
+                   label="theoretical limit")
         )  # fmt: skip
     if handles:
         ax.legend(

@@ -1,4 +1,4 @@
-"""What a sweep asks, read from a TOML file: which parameters take which values, what is measured.
+"""A sweep's TOML file: which parameters take which values, and what is measured.
 
     measure = "push-limit"
     controller = "unified"
@@ -21,95 +21,24 @@ from __future__ import annotations
 
 import math
 import tomllib
-from dataclasses import dataclass
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import msgspec
 
 from surefoot.errors import FileError, ParameterError
-from surefoot.studies.sweep.sweep_parameters import check_parameter, flat_names
+from surefoot.robot.robot import load_robot
+from surefoot.studies.sweep.parameters import check_parameter
+from surefoot.studies.sweep.question import Normal, Quantity, Range, Sampling, Sweep, Values
 
 USUAL_SAMPLES = 100
-
-
-class Range(msgspec.Struct, frozen=True, forbid_unknown_fields=True, rename={"low": "from"}):
-    """Values between two ends.
-
-    Attributes:
-        low: `from` in a file.
-        to: the other end.
-        count: of a grid, both ends included.
-        scale: even steps, or even factors.
-    """
-
-    low: float
-    to: float
-    count: int | None = None
-    scale: Literal["linear", "log"] = "linear"
-
-    def problem(self) -> str:
-        """What is wrong with it, or nothing."""
-        if not (math.isfinite(self.low) and math.isfinite(self.to) and self.low < self.to):
-            return "`from` below `to`, both finite"
-        if self.scale == "log" and self.low <= 0.0:
-            return '`from` above 0 with scale = "log"'
-        if self.count is not None and self.count < 2:
-            return "a `count` of at least 2"
-        return ""
-
-
-class Normal(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Values that are drawn around a mean."""
-
-    mean: float
-    deviation: float
-
-    def problem(self) -> str:
-        """What is wrong with it, or nothing."""
-        good = math.isfinite(self.mean) and math.isfinite(self.deviation) and self.deviation > 0.0
-        return "" if good else "a finite `mean` and a `deviation` above 0"
-
-
-Values = list[Any] | Range | Normal
-
-Sampling = Literal["grid", "latin-hypercube", "monte-carlo"]
-Measured = Literal["walk", "push-limit"]
-
-
-@dataclass(frozen=True)
-class Study:
-    """A sweep as its file says it, checked.
-
-    Attributes:
-        title: for tables and pictures.
-        measure: one walk of each cell, or the smallest failing push.
-        robot: preset, or a file; relative to the study's own.
-        controller: key of a method.
-        sampling: how values are combined.
-        samples: how many cells, of what is drawn.
-        seed: of what is drawn.
-        step: of the scan for the smallest failing push [N s].
-        fixed: parameters that all cells have, by name.
-        vary: parameters that differ, by name.
-    """
-
-    title: str
-    measure: Measured
-    robot: str
-    controller: str
-    sampling: Sampling
-    samples: int
-    seed: int
-    step: float
-    fixed: dict[str, Any]
-    vary: dict[str, Values]
 
 
 class _File(msgspec.Struct, frozen=True, forbid_unknown_fields=True, rename={"fixed": "set"}):
     vary: dict[str, Any]
     title: str = ""
-    measure: Measured = "walk"
+    measure: Quantity = "walk"
     robot: str = "paper-biped"
     controller: str = "unified"
     sampling: Sampling = "grid"
@@ -119,11 +48,12 @@ class _File(msgspec.Struct, frozen=True, forbid_unknown_fields=True, rename={"fi
     fixed: dict[str, Any] = {}
 
 
-def load_study(path: str | Path) -> Study:
+def load_study(path: str | Path) -> Sweep:
     """Read a study from a TOML file.
 
     Raises:
         FileError: it cannot be read, or is no TOML.
+        RobotError: the robot cannot be read.
         ParameterError: an unknown key or parameter, or values that make no sense; the message
             names the file.
     """
@@ -135,23 +65,19 @@ def load_study(path: str | Path) -> Study:
             "a readable study", f"{path}: {error}", "check the path and its permissions"
         ) from error
     try:
-        study = parse_study(text, str(path))
+        return parse_study(text, str(path))
     except tomllib.TOMLDecodeError as error:
         raise FileError(
             "a TOML document", f"{path}: {error}", "correct the line that is named"
         ) from error
-    if study.robot.endswith(".toml"):
-        beside = str(path.parent / study.robot)
-        study = Study(**{**_fields(study), "robot": beside})
-    return study
 
 
-def parse_study(text: str, origin: str = "the study") -> Study:
+def parse_study(text: str, origin: str = "the study") -> Sweep:
     """A study from TOML text.
 
     Args:
         text: the document.
-        origin: what to call it in messages.
+        origin: its path, or what to call it in messages; a robot's file lies beside it.
 
     Raises:
         TOMLDecodeError: it is no TOML.
@@ -160,7 +86,7 @@ def parse_study(text: str, origin: str = "the study") -> Study:
     table = tomllib.loads(text)
     for key in ("set", "vary"):
         if isinstance(table.get(key), dict):
-            table[key] = flat_names(table[key])
+            table[key] = _flat_names(table[key])
     try:
         file = msgspec.convert(table, _File)
     except msgspec.ValidationError as error:
@@ -178,10 +104,14 @@ def parse_study(text: str, origin: str = "the study") -> Study:
         _check_for(file.sampling, name, values, origin)
     for name in (*file.fixed, *vary):
         check_parameter(file.controller, name, origin)
-    return Study(
+    source = file.robot
+    if source.endswith(".toml"):
+        source = str(Path(origin).parent / source)
+    return Sweep(
+        robot=load_robot(source),
+        source=source,
         title=file.title or Path(origin).stem,
-        measure=file.measure,
-        robot=file.robot,
+        measures=file.measure,
         controller=file.controller,
         sampling=file.sampling,
         samples=USUAL_SAMPLES if file.samples is None else file.samples,
@@ -192,8 +122,20 @@ def parse_study(text: str, origin: str = "the study") -> Study:
     )
 
 
-def _fields(study: Study) -> dict[str, Any]:
-    return {name: getattr(study, name) for name in Study.__dataclass_fields__}
+def _flat_names(table: Mapping[str, Any], path: str = "") -> dict[str, Any]:
+    """Nested TOML tables by dotted name, down to values, ranges and distributions."""
+    flat: dict[str, Any] = {}
+    for key, value in table.items():
+        name = f"{path}{key}"
+        if (
+            isinstance(value, dict)
+            and value
+            and not {"from", "to", "mean", "deviation"} & set(value)
+        ):
+            flat |= _flat_names(value, f"{name}.")
+        else:
+            flat[name] = value
+    return flat
 
 
 def _problem(file: _File) -> tuple[str, str, str] | None:

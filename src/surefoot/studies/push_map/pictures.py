@@ -19,9 +19,11 @@ from numpy.typing import NDArray
 from surefoot.dcm.pushes import DIRECTIONS
 from surefoot.show import palette
 from surefoot.show.halo import HALO
-from surefoot.studies.engine.polar_rings import FOOT_BAND, LIMIT, draw_rings
-from surefoot.studies.push_map.cube import PushCube
-from surefoot.studies.push_map.push_cube_words import HEADING, finding, origin
+from surefoot.studies.engine.polar_rings import FIXED_DASH, FOOT_BAND, LIMIT, draw_rings
+from surefoot.studies.push_map.map_numbers import MapNumbers, finding, origin
+
+HEADING = "How hard a push is survived, from any side at any time"
+"""Of page and pictures."""
 
 COLOURS = "viridis"
 """Even steps in lightness, told apart with any colour vision."""
@@ -31,7 +33,6 @@ SURVIVED = "#0072b2"
 SHARE = 90.0
 """Colours of shares begin here, or lower [%]."""
 
-_FIXED_DASH = (0, (1, 1.6))
 _WIDTH, _COLUMNS, _SIZE, _GAP = 12.5, 5, 2.04, 0.44
 
 _LETTERS = 150
@@ -49,32 +50,32 @@ class _Heat(NamedTuple):
     """Whether the values are whole numbers."""
 
 
-def heat_figure(cube: PushCube) -> Figure:
+def heat_figure(numbers: MapNumbers) -> Figure:
     """Four heat maps: what is survived, its share of the limit, and, under the hardest push that
     is survived in every cell, the steps to recover and the margin.
 
     Returns:
         A figure of its own, not known to pyplot.
     """
-    impulse = cube.everywhere
+    impulse = numbers.everywhere
     under = f"under {impulse:g} N s"
     heats = (
-        _Heat("survived", "Largest survived impulse", "N s", cube.survived),
-        _Heat("share", "Share of the limit of any policy", "%", 100.0 * cube.share),
+        _Heat("survived", "Largest survived impulse", "N s", numbers.survived),
+        _Heat("share", "Share of the theoretical limit", "%", 100.0 * numbers.share),
         _Heat("steps", f"Steps to recover {under}", "steps",
-              cube.at(cube.recovery_steps, impulse), True),
-        _Heat("margin", f"Margin {under}", "cm", 100.0 * cube.at(cube.margin, impulse)),
+              numbers.at(numbers.recovery_steps, impulse), True),
+        _Heat("margin", f"Margin {under}", "cm", 100.0 * numbers.at(numbers.margin, impulse)),
     )  # fmt: skip
     figure = Figure(figsize=(_WIDTH, 8.3), facecolor="white")
-    _headline(figure, cube)
+    _headline(figure, numbers)
     axes = figure.subplots(
         2, 2, gridspec_kw={"left": 0.055, "right": 0.975, "bottom": 0.1, "top": 0.84,
                            "hspace": 0.34, "wspace": 0.12},
     )  # fmt: skip
     for ax, heat in zip(axes.flat, heats, strict=True):
-        _draw_heat(figure, ax, cube, heat)
+        _draw_heat(figure, ax, numbers, heat)
     handles: list[Any] = []
-    if (cube.holes > 0).any():
+    if (numbers.holes > 0).any():
         handles.append(
             Line2D([], [], linestyle="none", marker="x", color="black", markersize=5.0,
                    label="a harder push than the smallest failing one is survived")
@@ -87,13 +88,15 @@ def heat_figure(cube: PushCube) -> Figure:
     return figure
 
 
-def _headline(figure: Figure, cube: PushCube) -> None:
+def _headline(figure: Figure, numbers: MapNumbers) -> None:
     up = 1.0 / figure.get_figheight()
     figure.suptitle(
         HEADING, x=0.25 / _WIDTH, y=1.0 - 0.14 * up, ha="left", va="top", fontsize=12.5,
         fontweight="bold",
     )  # fmt: skip
-    for line, text in enumerate((origin(cube), *textwrap.wrap(finding(cube), _LETTERS))):
+    for line, text in enumerate(
+        ("  ·  ".join(origin(numbers)), *textwrap.wrap(finding(numbers), _LETTERS))
+    ):
         figure.text(
             0.25 / _WIDTH, 1.0 - (0.42 + 0.2 * line) * up, text, fontsize=9.0, va="top",
             color=palette.QUIET,
@@ -106,7 +109,7 @@ def _edges(values: NDArray[np.float64], whole: float) -> NDArray[np.float64]:
     return np.append(values - half, values[-1] + half)
 
 
-def _draw_heat(figure: Figure, ax: Axes, cube: PushCube, heat: _Heat) -> None:
+def _draw_heat(figure: Figure, ax: Axes, numbers: MapNumbers, heat: _Heat) -> None:
     ax.set_title(f"{heat.title} [{heat.unit}]", loc="left", fontsize=9.5, fontweight="bold")
     ax.set_facecolor("#d9d9d9")
     known = heat.values[np.isfinite(heat.values)]
@@ -120,19 +123,20 @@ def _draw_heat(figure: Figure, ax: Axes, cube: PushCube, heat: _Heat) -> None:
         options |= {"vmin": min(SHARE, known.min()), "vmax": 100.0}
     elif len(known) and np.ptp(known) < 1e-9:
         options |= {"vmin": known[0] - 1.0, "vmax": known[0] + 1.0}
+    edges = _edges(numbers.angles, 360.0), _edges(numbers.phases, 1.0)
     mesh = ax.pcolormesh(
-        _edges(cube.angles, 360.0), _edges(cube.phases, 1.0), np.ma.masked_invalid(heat.values),
+        *edges, np.ma.masked_invalid(heat.values),
         gid=f"heat-{heat.key}", rasterized=True, **options,
     )  # fmt: skip
     unknown = np.ma.masked_where(np.isfinite(heat.values), np.zeros_like(heat.values))
     if not unknown.mask.all():
         ax.pcolor(
-            _edges(cube.angles, 360.0), _edges(cube.phases, 1.0), unknown, hatch="////",
-            cmap="Greys", vmin=-1.0, vmax=9.0, edgecolor="white", linewidth=0.0,
+            *edges, unknown, hatch="////", cmap="Greys", vmin=-1.0, vmax=9.0, edgecolor="white",
+            linewidth=0.0,
         )  # fmt: skip
-    rows, columns = np.nonzero(cube.holes)
+    rows, columns = np.nonzero(numbers.holes)
     ax.plot(
-        cube.angles[columns], cube.phases[rows], "x", color="black", markersize=3.2,
+        numbers.angles[columns], numbers.phases[rows], "x", color="black", markersize=3.2,
         markeredgewidth=0.9, path_effects=HALO, gid=f"holes-{heat.key}",
     )  # fmt: skip
     ax.set_xticks(
@@ -147,21 +151,21 @@ def _draw_heat(figure: Figure, ax: Axes, cube: PushCube, heat: _Heat) -> None:
     bar.minorticks_off()
 
 
-def polar_figure(cube: PushCube) -> Figure:
+def polar_figure(numbers: MapNumbers) -> Figure:
     """A polar map for each phase, all to the same scale, seen from above with forward up.
 
     Returns:
         A figure of its own, not known to pyplot.
     """
-    columns = min(_COLUMNS, len(cube.phases))
-    rows = math.ceil(len(cube.phases) / columns)
+    columns = min(_COLUMNS, len(numbers.phases))
+    rows = math.ceil(len(numbers.phases) / columns)
     head, foot, below = 1.3, 0.45, 0.42
     height = head + rows * (_SIZE + below) + foot
     figure = Figure(figsize=(_WIDTH, height), facecolor="white")
-    _headline(figure, cube)
+    _headline(figure, numbers)
     left = 0.5 * (_WIDTH - columns * _SIZE - (columns - 1) * _GAP)
-    outer = max(float(cube.limit.max()), float(cube.survived.max()), 1.0)
-    for index in range(len(cube.phases)):
+    outer = max(float(numbers.limit.max()), float(numbers.survived.max()), 1.0)
+    for index in range(len(numbers.phases)):
         row, column = divmod(index, columns)
         place = (
             (left + column * (_SIZE + _GAP)) / _WIDTH,
@@ -169,50 +173,50 @@ def polar_figure(cube: PushCube) -> Figure:
             _SIZE / _WIDTH, _SIZE / height,
         )  # fmt: skip
         ax: PolarAxes = figure.add_axes(place, projection="polar")  # type: ignore[assignment]
-        _draw_polar(ax, cube, index, outer)
+        _draw_polar(ax, numbers, index, outer)
     figure.legend(
-        handles=_polar_legend(cube), loc="lower center", ncols=4, frameon=False,
+        handles=_polar_legend(numbers), loc="lower center", ncols=4, frameon=False,
         bbox_to_anchor=(0.5, 0.04 / height), handlelength=2.6,
     )  # fmt: skip
     return figure
 
 
-def _draw_polar(ax: PolarAxes, cube: PushCube, index: int, outer: float) -> None:
+def _draw_polar(ax: PolarAxes, numbers: MapNumbers, index: int, outer: float) -> None:
     ax.set_theta_zero_location("N")
     ax.set_rlim(0.0, 1.06 * outer)
-    phase, around = cube.phases[index], np.append(cube.angles, cube.angles[0])
+    phase, around = numbers.phases[index], np.append(numbers.angles, numbers.angles[0])
     ax.set_title(f"phase {phase:.3g}", loc="left", fontsize=8.5, fontweight="bold", pad=6.0)
-    limit = cube.limit[index]
-    draw_rings(ax, lambda angle: float(limit[np.argmin(np.abs(cube.angles - angle))]))
+    limit = numbers.limit[index]
+    draw_rings(ax, lambda angle: float(limit[np.argmin(np.abs(numbers.angles - angle))]))
 
     def closed(values: NDArray[np.float64]) -> tuple[Any, Any]:
         return np.radians(around), np.append(values, values[0])
 
-    survived = cube.survived[index]
+    survived = numbers.survived[index]
     ax.fill(*closed(limit), color=FOOT_BAND, linewidth=0.0, zorder=0.9)
     ax.plot(*closed(limit), color=LIMIT, linewidth=2.6, zorder=2.5, gid=f"limit-{phase:g}")
     ax.plot(
-        *closed(cube.limit_fixed[index]), color=palette.QUIET, linewidth=0.9,
-        linestyle=_FIXED_DASH, zorder=2.3, gid=f"fixed-{phase:g}",
+        *closed(numbers.limit_fixed[index]), color=palette.QUIET, linewidth=0.9,
+        linestyle=FIXED_DASH, zorder=2.3, gid=f"fixed-{phase:g}",
     )  # fmt: skip
     ax.plot(
         *closed(survived), color=SURVIVED, linewidth=1.3, zorder=4.0, gid=f"survived-{phase:g}",
     )  # fmt: skip
-    holed = cube.holes[index] > 0
+    holed = numbers.holes[index] > 0
     ax.plot(
-        np.radians(cube.angles[holed]), survived[holed], "x", color="black", markersize=3.4,
+        np.radians(numbers.angles[holed]), survived[holed], "x", color="black", markersize=3.4,
         markeredgewidth=0.9, zorder=4.5, gid=f"holes-{phase:g}",
     )  # fmt: skip
 
 
-def _polar_legend(cube: PushCube) -> list[Any]:
+def _polar_legend(numbers: MapNumbers) -> list[Any]:
     handles: list[Any] = [
         Line2D([], [], color=SURVIVED, linewidth=1.3, label="largest survived impulse [N s]"),
-        Line2D([], [], color=LIMIT, linewidth=2.6, label="limit of any policy"),
-        Line2D([], [], color=palette.QUIET, linewidth=0.9, linestyle=_FIXED_DASH,
+        Line2D([], [], color=LIMIT, linewidth=2.6, label="theoretical limit"),
+        Line2D([], [], color=palette.QUIET, linewidth=0.9, linestyle=FIXED_DASH,
                label="limit of fixed steps"),
     ]  # fmt: skip
-    if (cube.holes > 0).any():
+    if (numbers.holes > 0).any():
         handles.append(
             Line2D([], [], color="black", linestyle="none", marker="x", markersize=4.0,
                    label="a harder push is survived again")

@@ -1,7 +1,7 @@
 // Unpacks the map, and says what its numbers mean.
 "use strict";
 
-const cube = (() => {
+const pushMap = (() => {
   const data = JSON.parse(document.getElementById("data").textContent);
   const bytes = (text) => Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
   const view = (text) => new DataView(bytes(text).buffer);
@@ -60,7 +60,7 @@ const cube = (() => {
   const plain = (value, digits = 3) => String(Number(value.toPrecision(digits)));
   const shows = {
     survived: { words: "Largest survived impulse", unit: "N s", value: (cell) => cell.survived, text: (v) => plain(v, 4) },
-    share: { words: "Share of the limit of any policy", unit: "%", value: (cell) => 100 * cell.share, text: (v) => plain(v) },
+    share: { words: "Share of the theoretical limit", unit: "%", value: (cell) => 100 * cell.share, text: (v) => plain(v) },
     steps: { words: "Steps to recover", unit: "steps", value: under("steps"), text: String, whole: true, moves: true },
     margin: { words: "Margin", unit: "cm", value: (cell, number) => 100 * under("margin")(cell, number), text: (v) => plain(v), moves: true },
   };
@@ -82,6 +82,12 @@ const cube = (() => {
     // Of less than a tenth of the limit, the steps of the scan are a good part.
     if (key === "share") ranges[key] = [Math.min(least, 90), 100];
   }
+
+  // Viridis, from the least to the most: even in lightness, told apart with any colour vision.
+  const colours = [
+    "#440154", "#48186a", "#472d7b", "#424086", "#3b528b", "#33638d", "#2c728e", "#26828e", "#21918c", "#1fa088",
+    "#28ae80", "#3fbc73", "#5ec962", "#84d44b", "#addc30", "#d8e219", "#fde725",
+  ];
 
   // ---- words ----
   const names = Object.entries(data.directions);
@@ -111,7 +117,7 @@ const cube = (() => {
   const top = Math.max(...cells.map((cell) => Math.max(cell.limit, cell.walks.at(-1).impulse)));
   const state = { show: "survived", phase: 0, angle: 0, number: 0 };
   return {
-    data, phases, angles, step, cells, cellAt, walkAt, shows, ranges, angleWords, pushWords, newtons, percent,
+    data, phases, angles, step, cells, cellAt, walkAt, shows, ranges, colours, angleWords, pushWords, newtons, percent,
     plain, tell, top, state, fates, RECOVERED,
     stride: Math.max(1, Math.round(data.coarse / step)),
   };

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -11,7 +10,8 @@ from matplotlib.ticker import FuncFormatter, NullFormatter
 from numpy import geomspace, quantile
 
 from surefoot.show import palette
-from surefoot.studies.tune.tune_words import changes, score_rows, verdict
+from surefoot.studies.tune.search import Tuned
+from surefoot.studies.tune.words import changes, score_rows, title, verdict
 
 WIDTH, HEIGHT = 11.0, 5.2
 _SHOWN = 0.9
@@ -21,18 +21,14 @@ stands on an edge."""
 _COLUMNS = (("pushes", 0.0), ("", 0.24), ("survived", 0.53), ("weakest", 0.74), ("gentleness", 1.0))
 
 
-def tune_figure(tuned: Mapping[str, Any], title: str) -> Figure:
+def tune_figure(tuned: Tuned) -> Figure:
     """Survival over gentleness of all trials, and the table of scores.
-
-    Args:
-        tuned: plain values of a tuning.
-        title: above all.
 
     Returns:
         A figure of its own, not known to pyplot.
     """
     figure = Figure(figsize=(WIDTH, HEIGHT), facecolor="white")
-    figure.suptitle(title, x=0.065, y=0.975, ha="left", fontsize=12.0, fontweight="bold")
+    figure.suptitle(title(tuned), x=0.065, y=0.975, ha="left", fontsize=12.0, fontweight="bold")
     _draw_trials(figure.add_axes((0.065, 0.115, 0.45, 0.785)), tuned)
     words = figure.add_axes((0.56, 0.115, 0.425, 0.785))
     words.set_axis_off()
@@ -43,17 +39,15 @@ def tune_figure(tuned: Mapping[str, Any], title: str) -> Figure:
     return figure
 
 
-def _draw_trials(ax: Axes, tuned: Mapping[str, Any]) -> None:
-    good = [one for one in tuned["trials"] if one["objectives"] is not None]
-    points = {one["number"]: tuple(one["objectives"]) for one in good}
+def _draw_trials(ax: Axes, tuned: Tuned) -> None:
+    points = tuned.points()
     default = points[0]
     edge = max(1.2, float(quantile([one[1] for one in points.values()], _SHOWN)))
     floor = min(float(quantile([one[0] for one in points.values()], 1.0 - _SHOWN)), default[0])
     inside = [one for one in points.values() if one[1] <= edge and one[0] >= floor]
     outside = [one for one in points.values() if one not in inside]
-    front = sorted((points[number] for number in tuned["front"]), key=lambda one: one[1])
-    after = tuned["scores"]["tuned"]["seen"]
-    taken = (after["survival"], after["gentleness"])
+    front = [reached for _, reached in tuned.front_points()]
+    taken = tuned.objectives("tuned", "seen")
     least = 0.9 * min(*(one[1] for one in points.values()), taken[1])
     highest = max(one[0] for one in points.values())
     room = 0.06 * max(highest - floor, 0.02)
@@ -63,7 +57,7 @@ def _draw_trials(ax: Axes, tuned: Mapping[str, Any]) -> None:
     ax.set_ylim(100.0 * (floor - room), top)
     ax.fill_between([least, 1.0], 100.0 * default[0], top, color="#e8f3ec", zorder=0, gid="better")
     dots = {"color": "#9a9a9a", "markersize": 4.0, "linestyle": "none", "zorder": 2}
-    ax.plot(*_axes(inside), marker="o", label=f"{len(good)} trials", gid="trials", **dots)
+    ax.plot(*_axes(inside), marker="o", label=f"{len(points)} trials", gid="trials", **dots)
     if outside:
         ax.plot(
             *_axes([(max(one[0], floor), min(one[1], edge)) for one in outside]), marker="x",
@@ -91,7 +85,7 @@ def _axes(points: Sequence[tuple[float, ...]]) -> tuple[list[float], list[float]
 
 def _explain(ax: Axes, reach: tuple[float, float]) -> None:
     ax.set_xlabel("gentleness: how much a small push moves, over that of the default")
-    ax.set_ylabel("survived, % of the limit that nobody can pass")
+    ax.set_ylabel("survived, % of the theoretical limit")
     ticks = sorted({float(f"{x:.1g}") for x in geomspace(*reach, 6)} | {1.0})
     ax.set_xticks([x for x in ticks if reach[0] <= x <= reach[1]])
     ax.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
@@ -105,7 +99,7 @@ def _explain(ax: Axes, reach: tuple[float, float]) -> None:
     ax.legend(loc="best", frameon=True, framealpha=0.9, edgecolor="#dddddd")
 
 
-def _write_scores(ax: Axes, tuned: Mapping[str, Any]) -> float:
+def _write_scores(ax: Axes, tuned: Tuned) -> float:
     """Write the table; how far down it goes."""
     y = 1.0
     for name, x in _COLUMNS:
@@ -122,7 +116,7 @@ def _write_scores(ax: Axes, tuned: Mapping[str, Any]) -> float:
     return y - 0.12
 
 
-def _write_changes(ax: Axes, tuned: Mapping[str, Any], y: float) -> None:
+def _write_changes(ax: Axes, tuned: Tuned, y: float) -> None:
     told = changes(tuned) or ["The default stays."]
     ax.text(0.0, y, "what changed, and why", va="top", fontweight="bold")
     for text in [*told, verdict(tuned)]:

@@ -4,22 +4,33 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from numpy.typing import NDArray
 
 from surefoot.show import palette
-from surefoot.studies.sweep.sweep_axes import (
+from surefoot.studies.sweep.axes import (
     even_grid,
     mark_endless,
     mark_missing,
     missing_handles,
     place_axis,
+    span_values,
 )
-from surefoot.studies.sweep.sweep_bins import Bin, bins, wilson
-from surefoot.studies.sweep.sweep_columns import Column, Quantity
+from surefoot.studies.sweep.columns import Column, Quantity
+
+CONFIDENCE = 1.959964
+"""Standard deviations on each side of a 95 % interval."""
+
+MOST_VALUES = 8
+"""A parameter with no more values than these has a bin for each."""
+
+MOST_BINS, IN_A_BIN = 10, 8
+"""There are no more bins than the first, and no more than give each so many cells."""
 
 _ACROSS, _PANEL, _TALL, _LEFT, _RIGHT, _GAP, _BELOW, _HEAD, _ROW_HEAD = (
     3, 2.45, 1.9, 0.72, 0.2, 0.3, 0.62, 0.78, 0.24,
@@ -73,9 +84,7 @@ def _limit_values(ax: Axes, what: Quantity) -> None:
     if what.whether or not len(finite):
         ax.set_ylim(-0.04, 1.04)
         return
-    low, high = float(finite.min()), float(finite.max())
-    room = 0.08 * ((high - min(low, 0.0)) or 1.0)
-    ax.set_ylim(0.0 if low >= 0.0 else low - room, high + room)
+    span_values(ax, finite, 0.08)
 
 
 def _draw_shares(ax: Axes, one: Column, what: Quantity, found: Sequence[Bin]) -> list[float]:
@@ -145,3 +154,51 @@ def _explain(figure: Figure, what: Quantity) -> None:
         handles=handles, loc="upper left", frameon=False, ncols=len(handles), fontsize=8.0,
         bbox_to_anchor=(0.1 / width, 1.0 - 0.48 / height), columnspacing=1.4, borderaxespad=0.0,
     )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Bin:
+    """The cells of a range of values.
+
+    Attributes:
+        place: where it is drawn.
+        members: which cells are in it.
+    """
+
+    place: float
+    members: NDArray[np.bool_]
+
+
+def bins(one: Column, usable: NDArray[np.bool_]) -> list[Bin]:
+    """The bins of a parameter: equally many cells in each, or one for each of few values.
+
+    Args:
+        one: the parameter.
+        usable: which cells have a number; at least one.
+    """
+    if not one.numeric or len(one.values) <= MOST_VALUES:
+        made = [Bin(float(value), usable & (one.places == value)) for value in one.values]
+        return [each for each in made if each.members.any()]
+    order = np.flatnonzero(usable)[np.argsort(one.places[usable], kind="stable")]
+    count = min(MOST_BINS, max(3, len(order) // IN_A_BIN))
+    made = []
+    for part in np.array_split(order, count):
+        if len(part):
+            members = np.zeros(len(usable), bool)
+            members[part] = True
+            made.append(Bin(float(np.median(one.places[part])), members))
+    return made
+
+
+def wilson(successes: int, count: int) -> tuple[float, float]:
+    """The 95 % interval of a share after Wilson: sound for few trials, and near 0 and 1.
+
+    Args:
+        successes: of `count` trials.
+        count: at least 1.
+    """
+    z2 = CONFIDENCE**2 / count
+    share = successes / count
+    middle = (share + 0.5 * z2) / (1.0 + z2)
+    half = math.sqrt(z2 * share * (1.0 - share) + 0.25 * z2**2) / (1.0 + z2)
+    return max(0.0, middle - half), min(1.0, middle + half)
