@@ -223,7 +223,7 @@ def test_a_broken_observation_holds_the_last_command_and_says_so(case: Case, nam
     controller = case.make((0.5, 0.0))
     lost = cycles(controller, 0.1)
     seen = closed_loop(controller, controller.first_observation(None), [], lost + 2)
-    state = controller.start(seen[0][0])
+    safe, state = seen[0][1], controller.start(seen[0][0])
     for observation, _ in seen[:lost]:
         safe, state = controller.step(state, observation)
     broken = seen[lost][0].replace(**{name: value})

@@ -9,6 +9,7 @@ from typing import Any
 
 import click
 
+from surefoot.cli.cite import cite
 from surefoot.cli.limits import limits
 from surefoot.cli.live import live
 from surefoot.cli.replay import replay
@@ -46,5 +47,6 @@ def main() -> None:
 
 for command in (
     walk, live, replay, robots, limits, reproduce, compare, push_map, gentleness, sweep, tune,
+    cite,
 ):  # fmt: skip
     main.add_command(command)
