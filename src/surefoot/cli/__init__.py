@@ -16,6 +16,7 @@ from surefoot.cli.replay import replay
 from surefoot.cli.robots import robots
 from surefoot.cli.walk import walk
 from surefoot.errors import SurefootError
+from surefoot.plugins import load, places
 from surefoot.studies.compare.command import compare
 from surefoot.studies.gentleness.command import gentleness
 from surefoot.studies.push_map.command import push_map
@@ -29,7 +30,18 @@ MISUSE = 2
 
 
 class _Commands(click.Group):
-    """A group that tells a caller's mistake in one line and exits with 2."""
+    """A group that tells a caller's mistake in one line and exits with 2.
+
+    Commands that other packages bring, as entry points of `surefoot.commands`, come after its own.
+    """
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        return list(dict.fromkeys([*super().list_commands(ctx), *places("surefoot.commands")]))
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        own = super().get_command(ctx, cmd_name)
+        brought = {} if own is not None else places("surefoot.commands")
+        return load(brought[cmd_name]) if cmd_name in brought else own
 
     def invoke(self, ctx: click.Context) -> Any:
         try:
