@@ -12,9 +12,13 @@ import msgspec
 
 from surefoot.checks import closest
 from surefoot.errors import RobotError
+from surefoot.plugins import load, places
 from surefoot.robot.body import Body
 from surefoot.robot.gait import GaitLimits
 from surefoot.robot.swing import Swing, check_positive
+
+GROUP = "surefoot.robots"
+"""The group of entry points of robots."""
 
 STANDARD_GRAVITY = 9.81
 """Gravitational acceleration, which a robot file may override [m/s^2]."""
@@ -194,13 +198,13 @@ def _times(factor: float, pair: tuple[float, float]) -> tuple[float, float]:
 
 
 def preset_names() -> list[str]:
-    """The robots that Surefoot ships, sorted by name."""
+    """The robots that Surefoot ships and those that other packages bring, sorted by name.
+
+    A package brings one as an entry point of `surefoot.robots`: the path of its TOML file.
+    """
     folder = resources.files("surefoot.robot") / "presets"
-    return sorted(
-        entry.name.removesuffix(".toml")
-        for entry in folder.iterdir()
-        if entry.name.endswith(".toml")
-    )
+    shipped = [entry.name for entry in folder.iterdir() if entry.name.endswith(".toml")]
+    return sorted({*(name.removesuffix(".toml") for name in shipped), *places(GROUP)})
 
 
 def load_robot(name_or_path: str | Path) -> Robot:
@@ -218,6 +222,9 @@ def load_robot(name_or_path: str | Path) -> Robot:
     """
     if str(name_or_path).endswith(".toml"):
         return _read_file(Path(name_or_path))
+    brought = _brought(str(name_or_path))
+    if brought is not None:
+        return _read_file(brought)
     return parse_robot(preset_text(str(name_or_path)), str(name_or_path))
 
 
@@ -233,7 +240,16 @@ def preset_text(name: str) -> str:
             repr(name),
             "run `surefoot robots` to see the presets",
         )
+    brought = _brought(name)
+    if brought is not None:
+        return brought.read_text("utf-8")
     return (resources.files("surefoot.robot") / "presets" / f"{name}.toml").read_text("utf-8")
+
+
+def _brought(name: str) -> Path | None:
+    """The file of a robot that another package brings."""
+    place = places(GROUP).get(name)
+    return None if place is None else Path(load(place))
 
 
 def _read_file(path: Path) -> Robot:
