@@ -1,4 +1,8 @@
-"""Walk, get pushed forward with 35 N s, recover.
+"""Walk at 0.5 m/s, get pushed forward with 35 N s, recover.
+
+One sees each step: which foot stands, how long it lasts, how far forward the other foot lands. The
+third one is longer and quicker than planned, and the gait is back after it. The picture shows the
+walk from above and over time; it needs the extra `plot`.
 
 Usage: python 00_walk_and_push.py [PICTURE]        (walk.png if left out)
 """
@@ -9,7 +13,7 @@ import surefoot as sf
 
 
 def main(picture: str) -> None:
-    """Push the preset in its third step, and tell what it did."""
+    """Push the preset in its third step, and print what it did."""
     robot = sf.load_robot("paper-biped")
     controller = sf.HybridController(robot, velocity=(0.5, 0.0))
     push = sf.Push(start=1.1, duration=0.2, force=(176.0, 0.0))

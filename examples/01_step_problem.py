@@ -1,7 +1,9 @@
 """Decide where and when to land in a loop of your own: the step problem by itself.
 
 The loop knows the DCM relative to the right foot, which stands, and the time since touchdown. At
-0.2 s something shoves the DCM by 12 cm forward and 3 cm to the right.
+0.2 s something shoves the DCM by 12 cm forward and 3 cm to the right. One sees the nominal step
+until then, and a longer and shorter-lived one after; tau = e^(omega T) for a landing T after the
+touchdown, and the offset is that of the DCM from the foot that lands.
 """
 
 import math

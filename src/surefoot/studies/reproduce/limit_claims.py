@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from surefoot.control.dcm_tracking import DcmTracking
 from surefoot.control.hybrid import HybridController
+from surefoot.control.tracking import DcmTracking
 from surefoot.robot.robot import Robot
 from surefoot.rollout.outcome import Outcome
 from surefoot.rollout.rollout import Rollout
