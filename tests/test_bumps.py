@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import surefoot as sf
-from surefoot.robot.bumps import (
+from surefoot.robot.floor import (
     MOST_HEIGHT,
     REGION,
     START,

@@ -17,10 +17,14 @@ from numpy.typing import NDArray
 
 from surefoot.errors import RobotError
 from surefoot.robot.body import Body
-from surefoot.robot.bumps import NO_BOARDS
-from surefoot.robot.floor import FLOOR, LEG_BIT, SOLE, SOLE_TIME, add_world
+from surefoot.robot.floor import NO_BOARDS
 from surefoot.robot.model_spec import (
+    FLOOR,
+    LEG_BIT,
+    SOLE,
+    SOLE_TIME,
     ModelSpec,
+    add_world,
     by_pattern,
     find_body,
     matching_joints,
@@ -149,7 +153,7 @@ def load_multibody(
 
     Args:
         robot: with a `[body]`.
-        boards: that lie on the floor, see `robot.bumps`.
+        boards: that lie on the floor, see `robot.floor`.
         any_mass: whether the model may weigh something else than the robot's file says; for those
             who look for what is wrong.
 

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from surefoot.geometry import rotated_by
-from surefoot.robot.bumps import FloorHeight, laid_boards
+from surefoot.robot.floor import FloorHeight, laid_boards
 from surefoot.robot.robot import Robot
 
 WALKING = 2

@@ -17,9 +17,8 @@ from surefoot.dcm.pushes import Push, push_direction
 from surefoot.errors import ParameterError
 from surefoot.interface import Controller
 from surefoot.robot.feet import Side
-from surefoot.robot.gait import GaitLimits
+from surefoot.robot.gait import GaitLimits, Swing
 from surefoot.robot.robot import Foot, Robot, Trunk
-from surefoot.robot.swing import Swing
 from surefoot.rollout.disturbance import Disturbance
 
 HALVES = {"min": 0, "max": 1, "x": 0, "y": 1}

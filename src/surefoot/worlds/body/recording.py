@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from surefoot.robot.bumps import board_numbers
+from surefoot.robot.floor import board_numbers
 from surefoot.robot.legs import find_knees
 from surefoot.rollout.description import describe
 from surefoot.rollout.rollout import Rollout

@@ -7,8 +7,7 @@ from collections.abc import Sequence
 from surefoot.checks import check_number
 from surefoot.dcm.pushes import Push
 from surefoot.errors import ParameterError
-from surefoot.robot.bumps import check_course
-from surefoot.robot.floor import TIME_STEP
+from surefoot.robot.floor import TIME_STEP, check_course
 from surefoot.rollout.rollout import Rollout
 from surefoot.rollout.trace import TRUTH
 from surefoot.worlds.body.estimator import BodyEstimator
