@@ -12,7 +12,7 @@ import pytest
 
 import surefoot as sf
 from surefoot.robot.floor import (
-    MOST_HEIGHT,
+    MAX_HEIGHT,
     REGION,
     START,
     FloorHeight,
@@ -80,8 +80,8 @@ def test_numbers_and_boards_are_the_same() -> None:
 
 def test_the_highest_board_is_the_highest_that_a_landing_is_believed_on() -> None:
     robot = sf.walking_robot(sf.load_multibody(sf.load_robot("paper-biped")))
-    assert pytest.approx(SOON_DOWN * robot.swing.height) == MOST_HEIGHT
-    assert sf.Surroundings(bumps=MOST_HEIGHT).boards["height"].max() <= MOST_HEIGHT
+    assert pytest.approx(SOON_DOWN * robot.swing.height) == MAX_HEIGHT
+    assert sf.Surroundings(bumps=MAX_HEIGHT).boards["height"].max() <= MAX_HEIGHT
 
 
 @pytest.mark.parametrize(
@@ -154,7 +154,8 @@ def test_a_sole_may_stand_on_a_board_and_a_knee_may_not(body_control: sf.BodyCon
 
 def test_a_fork_stands_on_the_same_boards(body_control: sf.BodyControl) -> None:
     plant = BodyPlant(body_control.multibody, ROUGH)
-    fork = plant.fork([sf.Push(0.0, 0.1, (10.0, 0.0))])
+    fork = plant.fork()
+    fork.pushes = (sf.Push(0.0, 0.1, (10.0, 0.0)),)
     assert fork.model is plant.model
     assert fork.surroundings == ROUGH
     assert fork.pushes != plant.pushes

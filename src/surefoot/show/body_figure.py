@@ -18,7 +18,7 @@ from surefoot.rollout.trace import BodyTrace
 from surefoot.show import palette
 from surefoot.show.body_time_plots import HEIGHTS, draw_body_time_plots
 from surefoot.show.body_top_view import body_extent, draw_body_top_view
-from surefoot.show.picture_file import picture_bytes, write_picture
+from surefoot.show.picture_file import write_picture
 from surefoot.show.push_arrows import LINE, label_places
 from surefoot.show.stances import acting_pushes
 from surefoot.show.walk_words import title
@@ -50,18 +50,6 @@ def draw_body(rollout: Rollout, trace: BodyTrace, path: Path) -> None:
     with style.context(["default", palette.STYLE]):
         figure = body_figure(rollout, trace)
     write_picture(figure, path, ", ".join(title(rollout)))
-
-
-def body_picture(rollout: Rollout, trace: BodyTrace) -> bytes:
-    """The same as the content of a PNG file.
-
-    Args:
-        rollout: the walk.
-        trace: its `body`.
-    """
-    with style.context(["default", palette.STYLE]):
-        figure = body_figure(rollout, trace)
-    return picture_bytes(figure, "png", ", ".join(title(rollout)))
 
 
 def body_figure(rollout: Rollout, trace: BodyTrace) -> Figure:
