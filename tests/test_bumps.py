@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 import surefoot as sf
-from surefoot.robot.bumps import (
-    MOST_HEIGHT,
+from surefoot.robot.floor import (
+    MAX_HEIGHT,
     REGION,
     START,
     FloorHeight,
@@ -80,8 +80,8 @@ def test_numbers_and_boards_are_the_same() -> None:
 
 def test_the_highest_board_is_the_highest_that_a_landing_is_believed_on() -> None:
     robot = sf.walking_robot(sf.load_multibody(sf.load_robot("paper-biped")))
-    assert pytest.approx(SOON_DOWN * robot.swing.height) == MOST_HEIGHT
-    assert sf.Surroundings(bumps=MOST_HEIGHT).boards["height"].max() <= MOST_HEIGHT
+    assert pytest.approx(SOON_DOWN * robot.swing.height) == MAX_HEIGHT
+    assert sf.Surroundings(bumps=MAX_HEIGHT).boards["height"].max() <= MAX_HEIGHT
 
 
 @pytest.mark.parametrize(

@@ -24,7 +24,7 @@ _COLOURS = {"ok": "green", "warning": "yellow", "problem": "red"}
 @json_option
 @click.pass_context
 def robots(context: click.Context, show: str | None, as_json: bool) -> None:
-    """List the robots that Surefoot ships, and what is missing to put them into physics."""
+    """List the robots that are installed, and what is missing to put them into physics."""
     if context.invoked_subcommand is not None:
         return
     from surefoot.robot.robot import load_robot, preset_names, preset_text
@@ -138,7 +138,7 @@ def _look_at(name: str) -> tuple[str, list[dict[str, str]], Callable[[Path], Non
     """The name of a robot, what was found, and what draws it if it can be drawn."""
     from surefoot.checks import optional_module
     from surefoot.errors import SurefootError
-    from surefoot.robot.finding import point_mass_only, refusal
+    from surefoot.robot.check import point_mass_only, refusal
     from surefoot.robot.robot import load_robot
 
     try:
@@ -154,11 +154,13 @@ def _look_at(name: str) -> tuple[str, list[dict[str, str]], Callable[[Path], Non
         mechanism = load_multibody(robot, any_mass=True)
     except SurefootError as error:
         return robot.name, [refusal("model", error).as_words()], None
-    from surefoot.robot.nominal_pose import measure_pose
-    from surefoot.worlds.body.robot_check import check_robot
+    from surefoot.robot.check import check_robot
+    from surefoot.robot.legs import measure_pose
+    from surefoot.worlds.body.gait import walking_robot
 
     pose = measure_pose(mechanism)
-    found = [finding.as_words() for finding in check_robot(mechanism, pose)]
+    findings = check_robot(mechanism, pose, walking_robot(mechanism))
+    found = [finding.as_words() for finding in findings]
 
     def draw(path: Path) -> None:
         from surefoot.show.robot_picture import draw_robot

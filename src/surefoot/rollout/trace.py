@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from surefoot.geometry import rotated_by
-from surefoot.robot.bumps import FloorHeight, laid_boards
+from surefoot.robot.floor import FloorHeight, laid_boards
 from surefoot.robot.own_units import OwnUnits
 from surefoot.robot.robot import Robot
 from surefoot.rollout.fall import BodyFall, find_fall

@@ -10,8 +10,8 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Rectangle
 from numpy.typing import NDArray
 
-from surefoot.robot.bumps import laid_boards
 from surefoot.robot.feet import Side
+from surefoot.robot.floor import laid_boards
 from surefoot.robot.robot import Foot
 from surefoot.rollout.measures import planned_com
 from surefoot.rollout.rollout import Rollout

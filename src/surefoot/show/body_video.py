@@ -17,8 +17,8 @@ from PIL import Image, ImageDraw, ImageFont
 
 from surefoot.checks import check_writable
 from surefoot.errors import ParameterError
-from surefoot.robot.bumps import laid_boards
 from surefoot.robot.feet import Side
+from surefoot.robot.floor import laid_boards
 from surefoot.robot.multibody import Multibody, load_multibody
 from surefoot.robot.robot import STANDARD_GRAVITY
 from surefoot.rollout.rollout import Rollout

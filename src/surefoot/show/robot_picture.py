@@ -14,8 +14,8 @@ from matplotlib.patches import Circle, Polygon, Wedge
 from numpy.typing import NDArray
 
 from surefoot.robot.feet import Side
+from surefoot.robot.legs import NominalPose
 from surefoot.robot.multibody import SIDES, Multibody
-from surefoot.robot.nominal_pose import NominalPose
 from surefoot.show import palette
 from surefoot.show.elevation import Elevation, draw_elevations, shown_groups
 from surefoot.show.halo import HALO

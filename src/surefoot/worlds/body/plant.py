@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from surefoot.checks import check_most, check_number, check_seed
 from surefoot.compiled import njit
 from surefoot.dcm.pushes import Push, acting_force
-from surefoot.robot.bumps import check_height, scattered_boards
+from surefoot.robot.floor import check_height, scattered_boards
 from surefoot.robot.motors import motor_torques
 from surefoot.robot.multibody import SIDES, Multibody, load_multibody
 from surefoot.worlds.body.interface import JointCommand
@@ -39,7 +39,7 @@ class Surroundings:
         friction: coefficient of the floor [-].
         payload: mass fixed to the base, or to `Body.trunk`, at its centre of mass [kg].
         mass_factor: of all links [-].
-        bumps: height of the highest board that lies on the floor, see `robot.bumps`; 0 is flat,
+        bumps: height of the highest board that lies on the floor, see `robot.floor`; 0 is flat,
             0.03 the most [m].
         seed: of where the boards lie.
 
@@ -62,7 +62,7 @@ class Surroundings:
 
     @cached_property
     def boards(self) -> NDArray[np.void]:
-        """What lies on the floor, records of `robot.bumps.BOARD`."""
+        """What lies on the floor, records of `robot.floor.Board`."""
         return scattered_boards(self.bumps, self.seed)
 
 
@@ -160,9 +160,10 @@ class BodyPlant:
         """One cycle of physics."""
         model, data = self.model, self._data
         motor_torques(
-            command.torque, command.position, command.velocity, command.stiffness,
-            command.damping, data.qpos[self._motor_positions], data.qvel[self._dofs],
-            self._most, self._fastest, self.torque,
+            (command.torque, command.position, command.velocity),
+            (command.stiffness, command.damping),
+            (data.qpos[self._motor_positions], data.qvel[self._dofs]),
+            (self._most, self._fastest), self.torque,
         )  # fmt: skip
         data.ctrl[:] = self.torque
         self._force[:2] = acting_force(self.pushes, self.time)

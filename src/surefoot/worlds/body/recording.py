@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from surefoot.geometry import rotated_by, wrapped
 from surefoot.interface import OBSERVATION
-from surefoot.robot.bumps import board_numbers
+from surefoot.robot.floor import board_numbers
 from surefoot.robot.legs import find_knees
 from surefoot.robot.robot import Robot
 from surefoot.rollout.rollout import Rollout, describe
