@@ -204,7 +204,7 @@ def test_from_the_command_line(tmp_path: Path) -> None:
     ]  # fmt: skip
     result = compare(*arguments)
     assert result.exit_code == 0, result.output
-    for words in ("usual noise", "bumps of 10 mm", "1 of 1", "DCM [mm]", "walks.md"):
+    for words in ("usual noise", "bumps of 10 mm", "1 of 1", "DCM", "[mm]", "[mrad]", "walks.md"):
         assert words in result.output
     assert (tmp_path / "paper-biped" / "walks.parquet").exists()
     told = json.loads(compare(*arguments, "--json").stdout)

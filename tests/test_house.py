@@ -19,7 +19,8 @@ LONGEST_FUNCTION = 60
 
 LADDER = [
     {"errors", "version"},
-    {"checks", "compiled", "plugins", "record"},
+    {"plugins"},
+    {"checks", "compiled", "record"},
     {"geometry"},
     {"robot"},
     {"interface"},
@@ -27,7 +28,7 @@ LADDER = [
     {"control"},
     {"rollout"},
     {"worlds"},
-    {"options"},
+    {"options", "conformance"},
     {"show"},
     {"live"},
     {"studies"},

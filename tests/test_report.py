@@ -118,6 +118,13 @@ def test_numbers_stand_to_the_right() -> None:
     assert '<td class="number">&gt; 30</td>' in Report("r", "R", (), (table,)).html()
 
 
+def test_what_is_alarming_has_a_colour_of_its_own() -> None:
+    verdicts = [("Fig. 4", "reproduced"), ("Fig. 5", "not reproduced")]
+    table = Table("", "", ("where", "verdict"), verdicts, alarming=("not reproduced",))
+    page = Report("claims", "Claims", (), (table,)).html()
+    assert re.findall(r'<td class="alarm">([^<]*)</td>', page) == ["not reproduced"]
+
+
 def test_a_page_loads_nothing_and_says_so() -> None:
     page = REPORT.html()
     assert not re.search(r"""(?:src|href)=["'](?!data:|times\.png|protocol\.md)""", page)

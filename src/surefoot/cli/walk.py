@@ -198,6 +198,12 @@ OPTION_OF = {"project_zmp": "--unprojected", "double_support": "--double-support
     metavar="FILE.mcap|.npz",
     help="Keep every cycle of the walk, as a log for ROS 2, Foxglove and PlotJuggler or for NumPy.",
 )
+@click.option(
+    "--dump",
+    type=click.Path(path_type=Path),
+    metavar="FILE.npz",
+    help="Keep the last steps with all states, if the robot falls or a number is NaN.",
+)
 @json_option
 def walk(
     robot: str, velocity: tuple[float, float], changes: tuple[str, ...],
@@ -206,7 +212,7 @@ def walk(
     double_support: float, unprojected: bool, truth: bool, turning: float,
     stand_at: float | None, friction: float, payload: float, mass_error: float, bumps: float,
     delay: float, seed: int, plot: Path | None, decision_plot: Path | None, video: Path | None,
-    save: Path | None, as_json: bool,
+    save: Path | None, dump: Path | None, as_json: bool,
 ) -> None:  # fmt: skip
     """Walk, get pushed, recover; tell what happened.
 
@@ -221,17 +227,17 @@ def walk(
     forces = [parse_push(text) for text in pushes]
     velocities = [(time, (x, y)) for x, y, time in map(parse_change, changes)]
     refuse_others(simulator)
-    controller, parameters = read_settings(settings, controller)
+    key, parameters = read_settings(settings, controller)
     if simulator == "mujoco":
         body_walk = BodyWalk(
-            robot, controller, parameters,
+            robot, key, parameters,
             velocity if given("velocity") else BODY_VELOCITY, velocities,
             duration if given("duration") else BODY_DURATION, forces, leg_speed, leg_acceleration,
             truth, turning, stand_at, World(friction, payload, mass_error, bumps, delay, seed),
             plot, video, save,
         )  # fmt: skip
         walk_body(body_walk, as_json)
-    _check_outputs([plot, decision_plot], save)
+    _check_outputs([plot, decision_plot], save, dump)
     if unprojected:
         parameters["project_zmp"] = False
     if double_support != 0.0:
@@ -239,19 +245,23 @@ def walk(
     with compiling_notice():
         body = load_robot(robot).with_leg(max_speed=leg_speed, max_acceleration=leg_acceleration)
         if footholds is None:
-            brain = _controller(controller, body, velocity, **parameters)
+            chosen = _controller(key, body, velocity, **parameters)
         else:
-            brain = _foothold_controller(footholds, body, **parameters)
-        _check_decides(brain, decision_plot)
+            chosen = _foothold_controller(footholds, body, **parameters)
+        _check_decides(chosen, decision_plot)
+        from surefoot.rollout.decisions import DecisionLog
         from surefoot.rollout.outcome import Outcome
-        from surefoot.worlds.point.world import simulate
+        from surefoot.worlds.point.simulate import simulate
 
-        rollout = simulate(brain, duration, forces, velocity_changes=velocities)
+        log = DecisionLog()
+        rollout = simulate(
+            chosen, duration, forces, velocity_changes=velocities, watch=log, dump=dump
+        )
     if save is not None:
         rollout.save(save)
     if plot is not None:
         rollout.plot(plot)
-    _print_walk(rollout, brain, decision_plot, as_json)
+    _print_walk(rollout, log.records, decision_plot, as_json)
     sys.exit(FELL if rollout.outcome is Outcome.FELL else RECOVERED)
 
 
@@ -305,12 +315,16 @@ def _foothold_controller(path: Path, robot: Robot, **parameters: Any) -> Control
     return FootholdTracking(robot, load_footholds(path, robot), **parameters)
 
 
-def _check_outputs(pictures: list[Path | None], save: Path | None) -> None:
+def _check_outputs(pictures: list[Path | None], save: Path | None, dump: Path | None) -> None:
     """Tell before the walk, not after it, that its results could not be kept."""
     if save is not None:
         from surefoot.rollout.files import check_rollout_path
 
         check_rollout_path(save)
+    if dump is not None:
+        from surefoot.rollout.dump import check_dump_path
+
+        check_dump_path(dump)
     for path in pictures:
         if path is not None:
             check_plotting()
@@ -319,23 +333,21 @@ def _check_outputs(pictures: list[Path | None], save: Path | None) -> None:
             check_figure_path(path)
 
 
-def _check_decides(brain: Controller, decision_plot: Path | None) -> None:
+def _check_decides(controller: Controller, decision_plot: Path | None) -> None:
     from surefoot.control.unified.controller import UnifiedController
 
-    if decision_plot is not None and not isinstance(brain, UnifiedController):
+    if decision_plot is not None and not isinstance(controller, UnifiedController):
         raise ParameterError(
             "--plot-decisions with the controller that keeps its decisions, unified",
-            type(brain).__name__,
+            type(controller).__name__,
             "leave the option out, or walk with --controller unified",
         )
 
 
-def _print_walk(rollout: Any, brain: Controller, decision_plot: Path | None, as_json: bool) -> None:
-    from surefoot.control.unified.controller import UnifiedController
-    from surefoot.rollout.decisions import decisions
+def _print_walk(rollout: Any, records: Any, decision_plot: Path | None, as_json: bool) -> None:
     from surefoot.show.walk_summary import print_walk, walk_summary
 
-    decided = decisions(brain, rollout) if isinstance(brain, UnifiedController) else None
+    decided = records if len(records) else None
     if decided is not None and decision_plot is not None:
         from surefoot.show.decision_figure import DecidedWalk, draw_decisions
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from surefoot.dcm.next_landing import viable_landings
+from surefoot.dcm.viability import viable_landings
 from surefoot.live.colours import REGION, rgb
 from surefoot.live.figure import SIDES
 from surefoot.live.quaternions import about_z, z_towards

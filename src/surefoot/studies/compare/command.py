@@ -117,7 +117,7 @@ def compare(
 
     With `--simulator mujoco` bodies are pushed: DIR/pushes.html and pushes.md report what fells
     them and why, with a picture and a table in a folder for each robot. With disturbances they walk
-    without pushes: DIR/walks.md and walks.png say how well, and why what falls does.
+    without pushes: DIR/walks.html and walks.md say how well, and why what falls does.
     """
     from surefoot.robot.robot import load_robot
     from surefoot.studies.compare.question import Comparison

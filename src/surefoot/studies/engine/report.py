@@ -80,6 +80,7 @@ class Table:
         rows: one text for each column; numbers as they are to be read.
         names: how many columns name a row; all pieces of a table that is wider than the terminal
             begin with them.
+        alarming: texts that a page shows in the colour of an alarm, such as a failed verdict.
     """
 
     title: str
@@ -87,6 +88,7 @@ class Table:
     columns: Sequence[str]
     rows: Sequence[Sequence[str]]
     names: int = 1
+    alarming: Sequence[str] = ()
 
     def __post_init__(self) -> None:
         for row in self.rows:

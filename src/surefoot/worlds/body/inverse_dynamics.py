@@ -60,6 +60,8 @@ def assemble(
 ):  # fmt: skip
     """Write the quadratic program of one cycle.
 
+    Its arrays have the robot's length, which no record holds, and MuJoCo's are read where they lie.
+
     Args:
         weights, stiffness, ground, reference: arrays of one record.
         joints: `JOINTS` records of the motors.

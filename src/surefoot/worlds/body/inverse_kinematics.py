@@ -46,7 +46,10 @@ def _solve(
     reference, motion, sole_jacobian, com_jacobian, base_dof, targets, weights, gain, period,
     damping, rows, velocity,
 ):  # fmt: skip
-    """Write the generalised velocity that is nearest to all tasks."""
+    """Write the generalised velocity that is nearest to all tasks.
+
+    Its arrays have the robot's length, which no record holds, and MuJoCo's are read where they lie.
+    """
     ref, m, error, right = reference[0], motion[0], np.empty(3), np.zeros(TASK_ROWS)
     rows[:, :] = 0.0
     nv, r = rows.shape[1], 0
