@@ -15,7 +15,10 @@ import pytest
 
 import surefoot as sf
 from surefoot import compiled
-from surefoot.studies.engine.study import Study, stamp
+from surefoot.studies.engine.study import Study, run, stamp
+from surefoot.studies.push_map import question as push_map_question
+from surefoot.studies.push_map.question import PushMap
+from surefoot.studies.tune.question import Question
 
 PACKAGE = Path(sf.__file__).parent
 STUDIES = PACKAGE / "studies"
@@ -95,11 +98,11 @@ def test_a_row_is_measured_again_when_what_it_depends_on_changes(tmp_path: Path)
     assert {name: told[name] for name in void} == {name: [1, True] for name in void}
 
 
-def studies() -> list[type[Study]]:
-    """Every study of the package."""
+def asking() -> list[type]:
+    """Every study of the package, and what a tuning asks, which is no study of cells."""
     for path in STUDIES.glob("*/question.py"):
         import_module(f"surefoot.studies.{path.parent.name}.question")
-    found, left = [], [Study]
+    found, left = [Question], [Study]
     while left:
         below = left.pop().__subclasses__()
         found += [kind for kind in below if kind.__module__.startswith("surefoot.")]
@@ -114,20 +117,25 @@ def fresh_stamps() -> Iterator[None]:
     compiled.source_stamp.cache_clear()
 
 
-def stamp_with_change(kind: type[Study], changed: Path, patch: pytest.MonkeyPatch) -> str:
-    honest = Path.read_bytes
+def stamp_with_change(kind: type, changed: Path, patch: pytest.MonkeyPatch) -> str:
     with patch.context() as within:
-        within.setattr(
-            Path, "read_bytes", lambda path: honest(path) + (b"#" if path == changed else b"")
-        )
+        reads_as_changed(changed, within)
         compiled.source_stamp.cache_clear()
         return stamp(kind)
 
 
+def reads_as_changed(changed: Path, patch: pytest.MonkeyPatch) -> None:
+    """From now on a file reads as if somebody had added to it."""
+    honest = Path.read_bytes
+    patch.setattr(
+        Path, "read_bytes", lambda path: honest(path) + (b"#" if path == changed else b"")
+    )
+
+
 @pytest.mark.usefixtures("fresh_stamps")
-@pytest.mark.parametrize("kind", studies(), ids=lambda kind: kind.__name__)
+@pytest.mark.parametrize("kind", asking(), ids=lambda kind: kind.__name__)
 def test_every_study_is_stamped_with_its_whole_folder_and_no_siblings(
-    kind: type[Study], monkeypatch: pytest.MonkeyPatch
+    kind: type, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     own = Path(inspect.getfile(kind)).parent
     assert own.parent == STUDIES
@@ -145,3 +153,25 @@ def test_a_study_that_is_in_no_file_is_refused() -> None:
     kind = type("Nowhere", (Study,), {"__module__": "nowhere"})
     with pytest.raises(sf.StudyError, match=r"a study whose class is in a file.*write it into one"):
         stamp(kind)
+
+
+def test_rows_of_other_sources_are_measured_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    controller = sf.HybridController(sf.load_robot("paper-biped"), (0.5, 0.0))
+    tiny = PushMap(controller, directions=1, phases=1, step=1000.0)
+    measured, honest = [], push_map_question.measure_cells
+
+    def counted(asked: PushMap, cells: list) -> list:
+        measured.extend(cells)
+        return honest(asked, cells)
+
+    monkeypatch.setattr(push_map_question, "measure_cells", counted)
+    for _ in range(2):
+        run(tiny, tmp_path / "map", workers=1)
+    assert len(measured) == 1
+    reads_as_changed(STUDIES / "engine" / "scan.py", monkeypatch)
+    with pytest.raises(sf.FileError, match=r"the same study \(sources: .*choose another folder"):
+        run(tiny, tmp_path / "map", workers=1)
+    run(tiny, tmp_path / "other", workers=1)
+    assert len(measured) == 2

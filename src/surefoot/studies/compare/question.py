@@ -15,7 +15,6 @@ from surefoot.robot.robot import Robot
 from surefoot.studies.compare import measure
 from surefoot.studies.compare.disturbances import UNDISTURBED, named_disturbance
 from surefoot.studies.engine.cells import Row
-from surefoot.studies.engine.provenance import installed_version
 from surefoot.studies.engine.pushed_walk import (
     PushCell,
     PushedWalk,
@@ -24,7 +23,7 @@ from surefoot.studies.engine.pushed_walk import (
     check_sizes,
     push_cells,
 )
-from surefoot.studies.engine.study import Study
+from surefoot.studies.engine.study import Study, installed_version
 
 SOLVERS = ("daqp", "casadi")
 """Libraries that decide for some methods."""

@@ -258,18 +258,32 @@ class Report:
             f"{self.name}.md": self.markdown().encode(),
             **pictures,
         }
-        try:
-            for name, content in contents.items():
-                path = folder / name
-                path.parent.mkdir(parents=True, exist_ok=True)
-                path.write_bytes(content)
-        except OSError as error:
-            raise FileError(
-                "a folder that can be written to",
-                f"{folder}: {error.strerror}",
-                "choose another place",
-            ) from error
-        return [folder / name for name in contents]
+        return write_files(contents, folder)
+
+
+def write_files(contents: Mapping[str, bytes], folder: Path) -> list[Path]:
+    """Write files into a folder, which is made if it does not exist.
+
+    Args:
+        contents: by path inside the folder.
+        folder: where to write.
+
+    Returns:
+        The files, in the order given.
+
+    Raises:
+        FileError: the folder cannot be made or written to.
+    """
+    try:
+        for name, content in contents.items():
+            path = folder / name
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_bytes(content)
+    except OSError as error:
+        raise FileError(
+            "a folder that can be written to", f"{folder}: {error.strerror}", "choose another place"
+        ) from error
+    return [folder / name for name in contents]
 
 
 def word_table(columns: tuple[str, str], words: Mapping[str, str]) -> Table:

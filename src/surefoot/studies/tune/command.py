@@ -18,7 +18,6 @@ from surefoot.options import (
     progress_bar,
     robot_option,
 )
-from surefoot.show.report_files import write_files
 from surefoot.studies.engine.command import stopped_by_ctrl_c
 
 if TYPE_CHECKING:
@@ -126,6 +125,7 @@ def _tune(
     from rich.console import Console
 
     from surefoot.control.settings import settings_text
+    from surefoot.studies.engine.report import write_files
     from surefoot.studies.tune.search import tune as search
     from surefoot.studies.tune.show import report, settings_notes
 

@@ -11,9 +11,8 @@ from msgspec import to_builtins
 from surefoot.checks import check_number, check_seed
 from surefoot.control.settings import with_settings
 from surefoot.robot.robot import Robot
-from surefoot.studies.engine.provenance import installed_version
 from surefoot.studies.engine.pushed_walk import PushedWalk, push_cells
-from surefoot.studies.engine.study import stamp
+from surefoot.studies.engine.study import installed_version, stamp
 from surefoot.studies.tune.measure import Pushed, Score, score
 from surefoot.studies.tune.parameters import (
     Parameter,

@@ -12,7 +12,7 @@ from typing import Any
 from surefoot.checks import optional_module
 from surefoot.control.settings import Settings
 from surefoot.errors import ParameterError, StudyError, SurefootError
-from surefoot.studies.engine.provenance import made_with
+from surefoot.studies.engine.study import made_with
 from surefoot.studies.engine.table import claim_folder
 from surefoot.studies.tune.choice import (
     Objectives,
