@@ -20,7 +20,7 @@ from surefoot.worlds.point.batch import simulate_batch
 from surefoot.worlds.point.walks import Walks
 
 if TYPE_CHECKING:
-    from surefoot.studies.sweep.question import Sweep
+    from surefoot.studies.sweep.question import Cell, Sweep
 
 REFUSED = "refused"
 """The outcome of a cell whose robot, gait or controller there cannot be."""
@@ -74,7 +74,7 @@ RESULTS = {"walk": WALK, "push-limit": LIMIT}
 """The columns of results, by what a study measures."""
 
 
-def measure_cells(study: Sweep, cells: Sequence[Any]) -> list[Row]:
+def measure_cells(study: Sweep, cells: Sequence[Cell]) -> list[Row]:
     """A row for each cell. One that cannot be is a finding like any other: its row says why."""
     rows = [empty_row(study) for _ in cells]
     made: list[tuple[Row, Situation]] = []

@@ -72,8 +72,15 @@ AT_ONCE = 64
 
 
 @dataclass(frozen=True)
+class Cell:
+    """One combination of values, in the order of `Sweep.vary`."""
+
+    values: tuple[Any, ...]
+
+
+@dataclass(frozen=True)
 class Sweep(Study):
-    """A sweep as its file says it, checked; a cell is a combination of values, as in `vary`.
+    """A sweep as its file says it, checked.
 
     Attributes:
         robot: as its file says.
@@ -102,7 +109,7 @@ class Sweep(Study):
 
     NAME: ClassVar = "sweep"
 
-    def cells(self) -> Iterator[tuple[Any, ...]]:
+    def cells(self) -> Iterator[Cell]:
         """Every combination of a grid, or what is drawn; the same for the same seed.
 
         Raises:
@@ -114,16 +121,17 @@ class Sweep(Study):
             for one in [parameter(self.controller, name)]
         ]
         if self.sampling == "grid":
-            return product(*(_grid_values(values, whole) for values, whole in varied))
+            every = product(*(_grid_values(values, whole) for values, whole in varied))
+            return map(Cell, every)
         points = _unit_samples(self).T
         columns = [_drawn(*one, column) for one, column in zip(varied, points, strict=True)]
-        return zip(*columns, strict=True)
+        return map(Cell, zip(*columns, strict=True))
 
-    def columns(self, cell: tuple[Any, ...]) -> Row:
+    def columns(self, cell: Cell) -> Row:
         """The value of each parameter that differs."""
-        return dict(zip(self.vary, cell, strict=True))
+        return dict(zip(self.vary, cell.values, strict=True))
 
-    def measure_many(self, cells: Sequence[tuple[Any, ...]]) -> list[Row | str]:
+    def measure_many(self, cells: Sequence[Cell]) -> list[Row | str]:
         """See `measure.measure_cells`."""
         return [*measure_cells(self, cells)]
 
@@ -146,7 +154,7 @@ class Sweep(Study):
             situation(self.robot, self.controller, self.fixed)
         self._usual()
 
-    def failed(self, cell: tuple[Any, ...], error: str) -> Row:
+    def failed(self, cell: Cell, error: str) -> Row:
         """A cell that could not be measured is a row too."""
         lines = error.strip().splitlines()
         why = {"outcome": FAILED, "error": lines[-1] if lines else error}
