@@ -106,7 +106,8 @@ def empty_row(study: Sweep) -> Row:
 
 
 def _walks(situations: Sequence[Situation], disturbed: bool) -> list[dict[str, Any]]:
-    """Disturbed walks go on to the end: nobody settles for good, and not to fall is all."""
+    """One batch. A disturbed walk goes on to its end: under noise no gait settles for good, so it
+    survives if the robot does not fall."""
     pushes = [one.made_push() for one in situations]
     ends = [one.start() if push is None else push.end
             for one, push in zip(situations, pushes, strict=True)]  # fmt: skip

@@ -40,7 +40,7 @@ class Range(msgspec.Struct, frozen=True, forbid_unknown_fields=True, rename={"lo
     scale: Literal["linear", "log"] = "linear"
 
     def problem(self) -> str:
-        """What is wrong with it, or nothing."""
+        """What must be corrected, empty if nothing."""
         if not (math.isfinite(self.low) and math.isfinite(self.to) and self.low < self.to):
             return "`from` below `to`, both finite"
         if self.scale == "log" and self.low <= 0.0:
@@ -57,7 +57,7 @@ class Normal(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     deviation: float
 
     def problem(self) -> str:
-        """What is wrong with it, or nothing."""
+        """What must be corrected, empty if nothing."""
         good = math.isfinite(self.mean) and math.isfinite(self.deviation) and self.deviation > 0.0
         return "" if good else "a finite `mean` and a `deviation` above 0"
 
@@ -168,7 +168,7 @@ class Sweep(Study):
         )
 
     def notes(self, rows: Sequence[Row]) -> dict[str, Any]:
-        """What was asked, for whoever reads the table."""
+        """What was asked, for readers of the table."""
         return {"study": self.as_numbers()}
 
     def common(self) -> dict[str, Any]:
@@ -200,7 +200,7 @@ def _grid_values(values: Values, whole: bool) -> list[Any]:
         found = np.linspace(values.low, values.to, count)
     if whole:
         return sorted({round(one) for one in found})
-    # 0.30000000000000004 is 0.3 to whoever wrote the file.
+    # The file says 0.3, not 0.30000000000000004.
     return [float(f"{one:.12g}") for one in found]
 
 
