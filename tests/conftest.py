@@ -9,6 +9,8 @@ from hypothesis import settings
 
 import surefoot as sf
 
+pytest.register_assert_rewrite("surefoot.conformance")
+
 # Compiled kernels make the first example slow, and the machine may be busy: no deadlines.
 settings.register_profile("surefoot", deadline=None, max_examples=60, derandomize=True)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "surefoot"))

@@ -8,7 +8,7 @@ import pytest
 import surefoot as sf
 from surefoot.robot.multibody import Multibody
 from surefoot.show.body_playback import play_back
-from surefoot.worlds.body.body_reference import BODY_REFERENCE
+from surefoot.worlds.body.interface import BODY_REFERENCE
 from surefoot.worlds.body.inverse_kinematics import InverseKinematics
 from surefoot.worlds.body.mechanics import Mechanics
 

@@ -95,7 +95,7 @@ def test_a_range_of_ones_own_goes_over_the_usual_one(robot: sf.Robot) -> None:
 @pytest.mark.parametrize(
     ("key", "asked", "words"),
     [
-        ("linear-mpc", (), "a compiled method with gains (tracking, "),
+        ("linear-mpc", (), "a compiled method with gains (tracking"),
         ("unified", ("dcm_gian",), "did you mean `dcm_gain`?"),
         ("unified", ("period=0.001:0.01",), "a knob (reserve"),
         ("unified", ("step_duration=0.3:0.6",), "a knob (reserve"),

@@ -8,14 +8,14 @@ and what may depend on it is compiled anew.
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Callable
 from functools import cache
-from pathlib import Path
 from typing import Any
 
 import numba
 from numba.core.ccallback import CFunc
+
+from surefoot.plugins import PACKAGE, content, foreign_stamp
 
 ROOMS = ("geometry.py", "robot", "dcm", "control", "rollout", "worlds")
 """Where kernels live; what lies above them on the ladder is never compiled into one."""
@@ -23,17 +23,14 @@ ROOMS = ("geometry.py", "robot", "dcm", "control", "rollout", "worlds")
 
 @cache
 def source_stamp() -> str:
-    """The content of every source file that kernels can be made of, as a hash."""
-    package, digest = Path(__file__).parent, hashlib.sha256()
-    for room in ROOMS:
-        home = package / room
-        for path in [home] if home.is_file() else sorted(home.rglob("*.py")):
-            digest.update(str(path.relative_to(package)).encode() + path.read_bytes())
-    return digest.hexdigest()
+    """The content of every source file of Surefoot that kernels can be made of, as a hash."""
+    return content(PACKAGE, [PACKAGE / room for room in ROOMS])
 
 
 def njit(function: Callable[..., Any] | None = None, **options: Any) -> Any:
     """`numba.njit` with a cache that knows all of the package; without the interpreter lock.
+
+    The cache of a function of another package knows all of that package too.
 
     Args:
         function: what to compile, when it is used without options.
@@ -86,4 +83,5 @@ def function_pointer(kernel: Any, signature: Any) -> CFunc:
 
 def _stamp(compiled: Any) -> None:
     # Numba has no public way to widen what invalidates a cache.
-    compiled._cache._cache_file._source_stamp = source_stamp()
+    own = foreign_stamp(compiled._cache._py_func.__code__.co_filename)
+    compiled._cache._cache_file._source_stamp = source_stamp() + own

@@ -1,10 +1,11 @@
-"""What packages bring to Surefoot by entry points, this one included: methods, pictures.
+"""What packages bring to Surefoot by entry points, this one included: methods, commands, pictures.
 
 An entry point is a name and a place, `module:object`; it is listed without an import.
 """
 
 from __future__ import annotations
 
+import hashlib
 import tomllib
 from functools import cache
 from importlib import import_module
@@ -14,7 +15,10 @@ from typing import Any
 
 from surefoot.errors import ParameterError
 
-PROJECT = Path(__file__).parents[2] / "pyproject.toml"
+PACKAGE = Path(__file__).resolve().parent
+"""The folder of Surefoot."""
+
+PROJECT = PACKAGE.parents[1] / "pyproject.toml"
 """Of a checkout; an installed package has none there."""
 
 
@@ -28,13 +32,15 @@ def places(group: str) -> dict[str, str]:
     Args:
         group: such as "surefoot.methods".
     """
-    found = {one.name: one.value for one in entry_points(group=group)}
+    # Surefoot's own last: no other package takes a name of theirs.
+    known = sorted((_is_own(one.value), one.name, one.value) for one in entry_points(group=group))
+    found = {name: place for _, name, place in known}
     if PROJECT.is_file():
         project = tomllib.loads(PROJECT.read_text("utf-8")).get("project", {})
         if project.get("name") == "surefoot":
             own = project.get("entry-points", {}).get(group, {})
             others = {name: place for name, place in found.items() if not _is_own(place)}
-            found = {**own, **others}
+            found = {**others, **own}
     return dict(sorted(found.items()))
 
 
@@ -69,3 +75,32 @@ def load(place: str) -> Any:
             f"MODULE:OBJECT of an object in {module}", repr(place), "check its name"
         )
     return getattr(home, name)
+
+
+@cache
+def foreign_stamp(file: str) -> str:
+    """The content of the package that a file belongs to, as a hash; "" for a file of Surefoot.
+
+    Args:
+        file: of the package, or a module on its own.
+    """
+    home = Path(file).resolve()
+    if home.is_relative_to(PACKAGE) or not home.is_file():
+        return ""
+    while (home.parent / "__init__.py").is_file():
+        home = home.parent
+    return content(home.parent, [home])
+
+
+def content(root: Path, homes: list[Path]) -> str:
+    """The names and the content of files and of all Python files in folders, as a hash.
+
+    Args:
+        root: names count from here.
+        homes: the files and folders.
+    """
+    digest = hashlib.sha256()
+    for home in homes:
+        for path in [home] if home.is_file() else sorted(home.rglob("*.py")):
+            digest.update(str(path.relative_to(root)).encode() + path.read_bytes())
+    return digest.hexdigest()

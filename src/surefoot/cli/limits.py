@@ -57,8 +57,7 @@ def limits(
         times = push_phases(body, velocity, phases)
         pushes = push_limits_summary(bodies, times, velocity, durations)
     if check:
-        from surefoot.dcm.causal_grid import largest_causal_disagreement
-        from surefoot.dcm.limit_grid import largest_disagreement
+        from surefoot.dcm.limit_grid import largest_causal_disagreement, largest_disagreement
 
         known, causal = (
             disagreement(bodies, times, velocity=velocity, duration=durations[0]).as_numbers()

@@ -8,7 +8,7 @@ from __future__ import annotations
 import inspect
 import math
 import textwrap
-from dataclasses import dataclass, field, fields, is_dataclass
+from dataclasses import MISSING, dataclass, field, fields, is_dataclass
 from typing import Any, TypeVar
 
 from surefoot.checks import check_number, check_pair, check_weights
@@ -75,8 +75,8 @@ def setting(
         unit, words, least if above is None else above, above is not None, endless, is_weight,
         search,
     )  # fmt: skip
-    by_name = {} if kw_only is None else {"kw_only": kw_only}
-    return field(default=default, metadata={"setting": declared}, **by_name)
+    by_name: Any = MISSING if kw_only is None else kw_only
+    return field(default=default, metadata={"setting": declared}, kw_only=by_name)
 
 
 def described(words: str, unit: str = "") -> dict[str, Setting]:
@@ -89,7 +89,7 @@ def declared(cls: Any) -> dict[str, Setting]:
 
     Robot and velocity come first.
     """
-    known = sorted(fields(cls), key=lambda of: of.kw_only)
+    known = sorted(fields(cls), key=lambda of: of.kw_only is True)
     return {of.name: of.metadata["setting"] for of in known if "setting" in of.metadata}
 
 
@@ -102,11 +102,9 @@ def check_fields(controller: Any) -> None:
     weights = {}
     for of in fields(controller):
         known: Setting | None = of.metadata.get("setting")
-        if known is None:
+        if known is None or (of.default is None and getattr(controller, of.name) is None):
             continue
-        value = getattr(controller, of.name)
-        if value is None and of.default is None:
-            continue
+        value: Any = getattr(controller, of.name)
         if known.least is not None and isinstance(of.default, tuple):
             check_pair(of.name, value, known.least, known.unit)
         elif known.least is not None:

@@ -176,6 +176,9 @@ def find_periodic_gait(parameters: NDArray[np.void], gait: NominalGait) -> None:
     cites=("Kajita2003",),
     order=20,
     fixed_steps=True,
+    nearness=0.005,
+    zmp_trace=0.002,
+    given_footsteps=True,
 )
 @dataclass(frozen=True)
 class PreviewControl(

@@ -7,6 +7,7 @@ is imported before it is asked for.
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields, is_dataclass, replace
 from types import MappingProxyType
@@ -14,7 +15,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from surefoot.control.fields import documented
 from surefoot.errors import ParameterError
-from surefoot.plugins import load, places
+from surefoot.plugins import foreign_stamp, load, places
 
 if TYPE_CHECKING:
     from surefoot.interface import Controller
@@ -45,6 +46,11 @@ class Method:
         fixed_steps: whether it always steps as planned, so that the speed of the leg is no matter.
         leans: whether it turns the trunk as a flywheel, which a body in physics has none of.
         slow: whether one decision takes milliseconds, so that it is compared only if asked for.
+        nearness: how near to its nominal gait it walks undisturbed, if it follows it smoothly [m].
+        zmp_trace: how much of a lost observation is left in the next ZMP, if the ZMP moves on from
+            where it was [m].
+        given_footsteps: whether the step under way is given too, so that a new velocity begins with
+            the step after it.
         parameters: that make this variant of the class.
         rates: likewise, as multiples of the robot's omega.
         compared: what it is given beside these where methods are compared, each at its best.
@@ -61,6 +67,9 @@ class Method:
     fixed_steps: bool = False
     leans: bool = False
     slow: bool = False
+    nearness: float = 1e-9
+    zmp_trace: float = 1e-12
+    given_footsteps: bool = False
     parameters: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
     rates: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
     compared: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
@@ -79,6 +88,14 @@ class Method:
                 given[name] = times * robot.omega
         return self.make(robot, velocity, **given)
 
+    @property
+    def sources(self) -> str:
+        """The content of the package that brings it, as a hash; "" for Surefoot's own.
+
+        What a study keeps of a method holds as long as this does.
+        """
+        return foreign_stamp(getattr(sys.modules.get(self.make.__module__), "__file__", None) or "")
+
     def takes(self, parameter: str) -> bool:
         """Whether its class has a parameter of this name."""
         return parameter in settable(self.make)
@@ -90,7 +107,7 @@ def settable(make: Callable[..., Any]) -> dict[str, Any]:
 
     Those that all classes share come last.
     """
-    known = sorted(fields(make), key=lambda of: of.kw_only) if is_dataclass(make) else ()
+    known = sorted(fields(make), key=lambda of: of.kw_only is True) if is_dataclass(make) else ()
     return {of.name: of.default for of in known if of.init and of.name not in ("robot", "velocity")}
 
 

@@ -13,7 +13,7 @@ from surefoot.record import new_array
 from surefoot.robot.feet import Side
 from surefoot.robot.multibody import Multibody
 from surefoot.rollout.rollout import Rollout
-from surefoot.worlds.body.body_reference import BODY_REFERENCE
+from surefoot.worlds.body.interface import BODY_REFERENCE
 from surefoot.worlds.body.inverse_kinematics import InverseKinematics
 from surefoot.worlds.body.mechanics import Mechanics
 

@@ -10,10 +10,10 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from surefoot.robot.feet import Side
+from surefoot.robot.feet import FEET, Side
 from surefoot.rollout.measures import planned_com
 from surefoot.rollout.rollout import Rollout
-from surefoot.rollout.trace import FEET, BodyTrace
+from surefoot.rollout.trace import BodyTrace
 from surefoot.show import palette
 from surefoot.show.halo import HALO
 from surefoot.show.palette import DASHES, DOTS

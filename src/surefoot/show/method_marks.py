@@ -1,15 +1,15 @@
 """How methods are told apart in every picture and on the page: colour, dash and shape.
 
-Six colours after Okabe and Ito, each twice: with a solid and with a dashed line. All twelve shapes
-differ, so that no one has to rely on colour.
+Six colours after Okabe and Ito, each twice: with a solid and with a dashed line. All shapes differ,
+so that no one has to rely on colour. From the thirteenth method on, hues are spread evenly over the
+circle by the golden ratio, and the shapes are stars with one more tip each.
 """
 
 from __future__ import annotations
 
+import colorsys
 import math
 from dataclasses import dataclass
-
-from surefoot.errors import ParameterError
 
 Outline = tuple[tuple[float, float], ...]
 """Corners of a shape about the origin, y up, of about unit size."""
@@ -33,16 +33,18 @@ class Mark:
 
 
 def mark(index: int) -> Mark:
-    """The mark of the method at a place in the order of display.
+    """The mark of the method at a place in the order of display, from 0."""
+    if index < len(MARKS):
+        return MARKS[index]
+    further = index - len(MARKS)
+    hue = GOLDEN * further
+    tips = _polygon(2 * (FIRST_TIPS + further), 0.0, 1.2, 0.6)
+    return Mark(_hex(hue, LIGHTNESS), _hex(hue, DARK_LIGHTNESS), further % 2 == 1, tips)
 
-    Raises:
-        ParameterError: there are not that many marks.
-    """
-    if not 0 <= index < len(MARKS):
-        raise ParameterError(
-            f"at most {len(MARKS)} methods", f"a method number {index + 1}", "show fewer at a time"
-        )
-    return MARKS[index]
+
+def _hex(hue: float, lightness: float) -> str:
+    parts = colorsys.hls_to_rgb(hue % 1.0, lightness, SATURATION)
+    return "#" + "".join(f"{round(255.0 * part):02x}" for part in parts)
 
 
 def _polygon(corners: int, turn: float, size: float = 1.0, waist: float = 1.0) -> Outline:
@@ -65,6 +67,15 @@ def _plus(turn: float) -> Outline:
         points += [(round(cos * x - sin * y, 4), round(sin * x + cos * y, 4)) for x, y in arm]
     return tuple(points)
 
+
+GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
+"""Of the circle of hues, from one further method to the next."""
+
+LIGHTNESS, DARK_LIGHTNESS, SATURATION = 0.32, 0.68, 0.75
+"""Of the colours of further methods, on white and on a dark ground."""
+
+FIRST_TIPS = 7
+"""Of the star of the thirteenth method."""
 
 _COLOURS = (
     ("#0072b2", "#56b4f5"),
@@ -94,4 +105,4 @@ MARKS: tuple[Mark, ...] = tuple(
     Mark(*_COLOURS[index % len(_COLOURS)], index >= len(_COLOURS), outline)
     for index, outline in enumerate(_SHAPES)
 )
-"""In the order of display."""
+"""Of the first methods in the order of display; `mark` has those of all."""

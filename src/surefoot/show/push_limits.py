@@ -9,15 +9,15 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table
 
-from surefoot.dcm.causal_limit import causal_push_limit
 from surefoot.dcm.nominal_gait import nominal_gait
 from surefoot.dcm.push_limit import (
     ImpulseLimit,
+    causal_push_limit,
     check_leg,
-    eight_directions,
     fixed_steps_limit,
     push_limit,
 )
+from surefoot.dcm.pushes import eight_directions
 from surefoot.errors import VelocityError
 from surefoot.robot.feet import Side
 from surefoot.robot.robot import Robot

@@ -85,7 +85,7 @@ class FixedPlace:
         return self.inside.period
 
     @property
-    def kernel(self) -> Callable[..., None]:
+    def kernel(self) -> Callable[..., None] | None:
         """The compiled cycle."""
         return self.inside.kernel
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 
 from surefoot.errors import ParameterError
-from surefoot.worlds.body.noise import BodyNoise
 from surefoot.worlds.body.plant import Surroundings
+from surefoot.worlds.body.sensors import BodyNoise
 
 USUAL = "usual-noise"
 """The key of the condition in which nothing is wrong but what is wrong with every sensor."""

@@ -115,14 +115,14 @@ def _watched(
     counts: Counter[str] = Counter()
     cycles = 0
 
-    def watch(control: BodyControl, state: BodyState) -> None:
+    def watch(world: Any) -> None:
         nonlocal cycles
-        if state.walk["now"][0] - moment.time < SPAN:
+        if world.time - moment.time < SPAN:
             cycles += 1
-            counts.update(active_limits(control, state))
+            counts.update(active_limits(world.control, world.state))
 
     push = push_of(cell, moment.time, impulse)
-    rollout, end = pushed_rollout(protocol, cell.method, moment, push, watch)
+    rollout, end = pushed_rollout(moment, push, watch)
     return {name: n / max(cycles, 1) for name, n in counts.items()}, rollout, survived(end)
 
 

@@ -19,7 +19,7 @@ from surefoot.interface import Controller
 from surefoot.robot.multibody import SIDES
 from surefoot.robot.robot import Robot
 from surefoot.worlds.body.gait import body_controller, body_parameters
-from surefoot.worlds.body.noise import BodyNoise
+from surefoot.worlds.body.sensors import BodyNoise
 
 PUSH_DURATION = 0.2
 """How long every push lasts [s]."""

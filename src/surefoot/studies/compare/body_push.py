@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, dataclass, field
 from functools import lru_cache
 from typing import Any
 
@@ -31,14 +31,13 @@ from surefoot.studies.compare.body_protocol import (
     push_of,
 )
 from surefoot.studies.compare.body_settling import BegunStep, Settling, Steps
-from surefoot.worlds.body.controller import BodyControl, BodyState
+from surefoot.worlds.body.controller import BodyControl
 from surefoot.worlds.body.gait import body_control, walking_robot
-from surefoot.worlds.body.joint_command import JointCommand
-from surefoot.worlds.body.plant import STANDS, BodyPlant
-from surefoot.worlds.body.recorder import BodyRecorder, Record
-from surefoot.worlds.body.recording import make_rollout, senses_words
-from surefoot.worlds.body.sensors import BodySight, usual_estimator
+from surefoot.worlds.body.plant import STANDS
+from surefoot.worlds.body.sensors import usual_estimator
+from surefoot.worlds.body.world import BodyWorld
 from surefoot.worlds.steering import Steering
+from surefoot.worlds.walk import Walk
 
 LONGEST_APPROACH = 15.0
 """A robot that has not come to the step that is pushed by then never does [s]."""
@@ -85,26 +84,16 @@ def control_of(protocol: BodyProtocol, key: str) -> BodyControl:
 
 @dataclass(frozen=True)
 class Moment:
-    """A walk at a moment, to be gone on with: a value, as long as nobody acts on its plant.
+    """A walk at a moment, from which forks go on; a value, as long as it does not go on itself.
 
     Attributes:
-        plant: the world.
-        sight: what is seen of it.
-        state: of the walker.
-        command: of the last cycle.
-        record: of the walk so far.
-        fate: what has become of the robot, see `worlds.body.plant`.
-        cycles: how many there were.
+        walk: up to now.
+        cycles: how many there were since it was forked.
         settled: whether the robot is back in its gait.
         usual: the last steps of the walk so far, by side, if it was not pushed.
     """
 
-    plant: BodyPlant
-    sight: BodySight
-    state: BodyState
-    command: JointCommand | None
-    record: Record
-    fate: int
+    walk: Walk[BodyWorld]
     cycles: int
     settled: bool = False
     usual: Mapping[int, BegunStep] = field(default_factory=dict)
@@ -112,50 +101,16 @@ class Moment:
     @property
     def time(self) -> float:
         """Now [s]."""
-        return self.plant.time
+        return self.walk.time
+
+    @property
+    def fate(self) -> int:
+        """What has become of the robot, see `worlds.body.plant`."""
+        return self.walk.world.fate
 
 
-Stop = Callable[[BodyState], bool]
-
-Watch = Callable[[BodyControl, BodyState], None]
+Watched = Callable[[BodyWorld], None]
 """Called after every decision, before physics goes on."""
-
-
-def unwatched(control: BodyControl, state: BodyState) -> None:
-    """Look at nothing."""
-
-
-def _walk(
-    control: BodyControl,
-    begin: Moment,
-    steering: Steering,
-    cycles: int,
-    stop: Stop,
-    recorded: bool,
-    watch: Watch = unwatched,
-) -> Moment:
-    """Go on for some cycles, or until told to stop or down; `begin` is used up."""
-    plant, sight, state, command = begin.plant, begin.sight, begin.state, begin.command
-    told = sight.estimator is not None
-    recorder = BodyRecorder(plant, state, told, cycles if recorded else 1)
-    row, fate = 0, begin.fate
-    while row < cycles and not fate:
-        senses = sight.read(first=command is None)
-        position, velocity, forces = sight.see(senses, state, command)
-        command, state = control.step(state, plant.time, position, velocity, forces, steering)
-        watch(control, state)
-        if recorded:
-            recorder.see(row, position, velocity)
-            recorder.hear(row, state, command)
-        plant.act(command)
-        fate = plant.state()
-        if recorded:
-            recorder.feel(row, (0, 0, 0, 0))
-        row += 1
-        if stop(state):
-            break
-    record = recorder.record(row if recorded else 0)
-    return Moment(plant, sight, state, command, record, fate, row)
 
 
 def walk_to(protocol: BodyProtocol, key: str, foot: str, phase: float) -> Moment:
@@ -171,27 +126,24 @@ def walk_to(protocol: BodyProtocol, key: str, foot: str, phase: float) -> Moment
         The moment; its fate tells whether the robot has come that far.
     """
     control, support = control_of(protocol, key), SIDES.index(foot)
-    plant = BodyPlant(control.multibody)
     estimator = usual_estimator(control.multibody, protocol.noise) if protocol.estimate else None
-    sight, state = BodySight(plant, protocol.noise, estimator), control.start()
-    recorder = BodyRecorder(plant, state, protocol.estimate, 1)
-    start = Moment(plant, sight, state, None, recorder.record(0), STANDS, 0)
-
+    retained = LONGEST_APPROACH + PUSH_DURATION + RECOVERY_TIME
+    world = BodyWorld(control, None, protocol.noise, estimator, retained=retained)
+    walk = Walk(world, plan=[(0.0, Steering(protocol.velocity))])
     steps, usual = Steps(), {}
 
-    def due(state: BodyState) -> bool:
-        walk, begun = state.walk[0], steps.begun(state)
+    def due(world: BodyWorld) -> bool:
+        now, begun = world.state.walk[0], steps.begun(world.state)
         if begun is not None:
             usual[begun.side] = begun
-        if walk["phase"] != WALKING or walk["steps"] < PUSHED_STEP or walk["support"] != support:
+        if now["phase"] != WALKING or now["steps"] < PUSHED_STEP or now["support"] != support:
             return False
         # The next cycle is the first of the push.
-        elapsed = walk["now"] + TIME_STEP - walk["began"]
-        return bool(elapsed >= phase * state.command.step_duration - 1e-9)
+        elapsed = now["now"] + TIME_STEP - now["began"]
+        return bool(elapsed >= phase * world.state.command.step_duration - 1e-9)
 
-    cycles = round(LONGEST_APPROACH / TIME_STEP)
-    end = _walk(control, start, Steering(protocol.velocity), cycles, due, True)
-    return replace(end, usual=usual)
+    walk.run(LONGEST_APPROACH, due)
+    return Moment(walk, world.cycles, usual=usual)
 
 
 @lru_cache(maxsize=2)
@@ -201,37 +153,28 @@ def moment_of(protocol: BodyProtocol, key: str, foot: str, phase: float) -> Mome
 
 
 def push_from(
-    protocol: BodyProtocol,
-    key: str,
-    moment: Moment,
-    push: Push,
-    recorded: bool = False,
-    watch: Watch = unwatched,
+    moment: Moment, push: Push, recorded: bool = False, watch: Watched | None = None
 ) -> Moment:
     """What comes of a push: the moment 5 s after it, that of the fall, or that of the gait.
 
     Args:
-        protocol: the questions.
-        key: of the method.
         moment: where the push begins; it is not used up.
         push: the push.
         recorded: whether its record is kept; then it is walked to the end, also in the gait.
         watch: called in every cycle.
     """
-    plant = moment.plant.fork([push])
-    sight = moment.sight.fork(plant)
-    begin = Moment(plant, sight, moment.state, moment.command, moment.record, moment.fate, 0)
-    cycles = round((PUSH_DURATION + RECOVERY_TIME) / TIME_STEP)
-
+    walk = moment.walk.fork(recorded, watch)
+    walk.push(push)
     settling = Settling(moment.usual, push.end)
 
-    def over(state: BodyState) -> bool:
-        stuck = state.walk["now"][0] - state.walk["began"][0] > STUCK
-        return bool(stuck or (not recorded and settling.done(state)))
+    def over(world: BodyWorld) -> bool:
+        now = world.state.walk["now"][0] - world.state.walk["began"][0]
+        return bool(now > STUCK or (not recorded and settling.done(world.state)))
 
-    steering = Steering(protocol.velocity)
-    end = _walk(control_of(protocol, key), begin, steering, cycles, over, recorded, watch)
-    return replace(end, settled=not end.fate and settling.done(end.state))
+    walk.run(moment.time + PUSH_DURATION + RECOVERY_TIME, over)
+    cycles = walk.world.cycles - moment.walk.world.cycles
+    settled = not walk.fallen and settling.done(walk.world.state)
+    return Moment(walk, cycles, settled, moment.usual)
 
 
 def survived(end: Moment) -> bool:
@@ -241,13 +184,11 @@ def survived(end: Moment) -> bool:
 
 
 def pushed_rollout(
-    protocol: BodyProtocol, key: str, moment: Moment, push: Push, watch: Watch = unwatched
+    moment: Moment, push: Push, watch: Watched | None = None
 ) -> tuple[Rollout, Moment]:
     """A walk with a push from its beginning to its end, as `simulate_body` returns it.
 
     Args:
-        protocol: the questions.
-        key: of the method.
         moment: where the push begins.
         push: the push.
         watch: called in every cycle after the push has begun.
@@ -255,23 +196,8 @@ def pushed_rollout(
     Returns:
         The rollout and the last moment.
     """
-    end = push_from(protocol, key, moment, push, True, watch)
-    control, steering = control_of(protocol, key), [(0.0, Steering(protocol.velocity))]
-    senses = senses_words(end.sight.estimator, end.sight.noise)
-    record = _joined(moment.record, end.record)
-    return make_rollout(control, end.plant, record, end.fate, steering, senses), end
-
-
-def _joined(first: Record, second: Record) -> Record:
-    def both(one: dict[str, Any], other: dict[str, Any]) -> dict[str, Any]:
-        return {name: np.concatenate([one[name], other[name]]) for name in one}
-
-    return Record(
-        both(first.state, second.state),
-        both(first.effect, second.effect),
-        both(first.told, second.told),
-        np.concatenate([first.clock, second.clock]),
-    )
+    end = push_from(moment, push, True, watch)
+    return end.walk.rollout(), end
 
 
 def measure(protocol: BodyProtocol, cell: BodyCell) -> dict[str, Any]:
@@ -294,10 +220,10 @@ def measure(protocol: BodyProtocol, cell: BodyCell) -> dict[str, Any]:
     else:
         for scanned in protocol.impulses(mass):
             push = push_of(cell, moment.time, scanned)
-            end = push_from(protocol, cell.method, moment, push)
+            end = push_from(moment, push)
             if not survived(end):
                 impulse, after = scanned, end.time - moment.time
-                cause, words = _cause(protocol, cell.method, moment, push)
+                cause, words = _cause(moment, push)
                 break
     return {
         **asdict(cell),
@@ -312,9 +238,9 @@ def measure(protocol: BodyProtocol, cell: BodyCell) -> dict[str, Any]:
     }
 
 
-def _cause(protocol: BodyProtocol, key: str, moment: Moment, push: Push) -> tuple[str, str]:
+def _cause(moment: Moment, push: Push) -> tuple[str, str]:
     """Why it fell: the same push once more, with everything taken down."""
-    rollout, _ = pushed_rollout(protocol, key, moment, push)
+    rollout, _ = pushed_rollout(moment, push)
     fall = rollout.body_fall
     if fall is None:
         return NO_STEP, f"it stood on one foot for {STUCK:g} s"

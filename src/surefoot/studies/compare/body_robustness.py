@@ -28,7 +28,7 @@ from surefoot.studies.engine.provenance import made_with, sources_stamp
 from surefoot.studies.engine.table import Shards, write_table
 from surefoot.version import VERSION
 from surefoot.worlds.body.gait import body_control, walking_robot
-from surefoot.worlds.body.simulate import simulate_body
+from surefoot.worlds.body.world import simulate_body
 
 TABLE = "walks.parquet"
 """The name of the table of a robot in its folder."""

@@ -17,7 +17,7 @@ from surefoot.studies.compare.disturbances import UNDISTURBED, named_disturbance
 from surefoot.studies.engine.cells import Row
 from surefoot.studies.engine.pushed_walk import PUSHED_SIDE, PUSHED_STEP
 from surefoot.studies.engine.scan import LARGEST_BEYOND, LARGEST_SHARE, smallest_failing_push
-from surefoot.worlds.walk import simulate
+from surefoot.worlds.point.world import simulate
 
 if TYPE_CHECKING:
     from surefoot.studies.compare.question import Cell, Comparison

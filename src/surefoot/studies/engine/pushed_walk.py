@@ -14,9 +14,8 @@ from typing import Any
 
 from surefoot.checks import check_number
 from surefoot.control.registry import find_method
-from surefoot.dcm.causal_limit import causal_push_limit
 from surefoot.dcm.nominal_gait import NominalGait, nominal_gait
-from surefoot.dcm.push_limit import check_leg, fixed_steps_limit, push_limit
+from surefoot.dcm.push_limit import causal_push_limit, check_leg, fixed_steps_limit, push_limit
 from surefoot.dcm.pushes import Push, push_direction
 from surefoot.errors import ParameterError
 from surefoot.interface import Controller

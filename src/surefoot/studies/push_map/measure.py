@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from surefoot.dcm.causal_limit import causal_push_limit
-from surefoot.dcm.push_limit import fixed_steps_limit, push_limit
+from surefoot.dcm.push_limit import causal_push_limit, fixed_steps_limit, push_limit
 from surefoot.dcm.pushes import PUSH
 from surefoot.rollout.outcome import recovery_time
 from surefoot.studies.engine.cells import Row

@@ -26,7 +26,7 @@ from surefoot.errors import ParameterError
 from surefoot.interface import Controller
 from surefoot.robot.feet import Side
 from surefoot.robot.robot import Robot
-from surefoot.rollout.description import describe
+from surefoot.rollout.rollout import describe
 from surefoot.studies.engine.cells import Row
 from surefoot.studies.engine.study import Study
 from surefoot.studies.push_map.measure import measure_cells

@@ -165,12 +165,10 @@ def paper_push_answers(
     total = len(methods) * len(pushes)
     for key in methods:
         moment = moment_of(protocol, key, FOOT, PHASE)
-        usual, _ = pushed_rollout(
-            protocol, key, moment, push_of(_cell(key, pushes[0]), moment.time, 0.0)
-        )
+        usual, _ = pushed_rollout(moment, push_of(_cell(key, pushes[0]), moment.time, 0.0))
         for push in pushes:
             acting = push_of(_cell(key, push), moment.time, push.impulse)
-            rollout, end = pushed_rollout(protocol, key, moment, acting)
+            rollout, end = pushed_rollout(moment, acting)
             answers.append(BodyAnswer(key, push, rollout, usual, moment.time, survived(end)))
             if report is not None:
                 report(len(answers), total)

@@ -16,7 +16,7 @@ from surefoot.robot.feet import Side
 from surefoot.robot.robot import Robot
 from surefoot.rollout.rollout import Rollout
 from surefoot.worlds.point.plant import LipmSimulator
-from surefoot.worlds.walk import simulate
+from surefoot.worlds.point.world import simulate
 
 VELOCITY = (0.5, 0.0)
 """Of every walk but the second of Fig. 4 [m/s]."""

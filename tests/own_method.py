@@ -1,0 +1,80 @@
+"""A control method as somebody else's package brings it: installed by `test_own_package.py`.
+
+Tracking that also steps: the foot lands off its place by a share of the DCM error.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from surefoot.compiled import njit
+from surefoot.control.base import CompiledController
+from surefoot.control.belief import hold, look
+from surefoot.control.cycle import growth_since_touchdown
+from surefoot.control.defaults import DCM_GAIN
+from surefoot.control.fields import setting
+from surefoot.control.registry import method
+from surefoot.control.tracking import (
+    TRACKING,
+    TRACKING_STATE,
+    begin_plan,
+    end_cycle,
+    follow_plan,
+    keep_box,
+    plan_landing,
+    track,
+    tracking_parameters,
+)
+
+SHARE = 0.5
+
+
+@njit
+def leaning_cycle(parameters, state, observation, next_state):
+    if look(parameters.gate, state, observation, next_state):
+        hold(state, next_state)
+        return
+    next_state.plan = state.plan
+    plan, command, seen = next_state.plan, next_state.command, next_state.belief.seen
+    new_step = seen.support_side != plan.support_side
+    if new_step:
+        begin_plan(parameters, seen, False, plan)
+    plan_landing(parameters, seen, plan)
+    growth = growth_since_touchdown(parameters.omega, seen.elapsed)
+    follow_plan(parameters, seen, growth, plan, command)
+    track(parameters, seen, plan, command)
+    for i in range(2):
+        command.step_location[i] += SHARE * (seen.dcm[i] - command.dcm_plan[i])
+    keep_box(parameters, seen, command)
+    end_cycle(parameters, (0.0, plan.step_duration), new_step, state, next_state)
+
+
+@njit
+def over_arrays(parameters, state, observation, next_state):
+    leaning_cycle(parameters[0], state[0], observation[0], next_state[0])
+
+
+@method(
+    "leaning",
+    label="tracking that steps",
+    source="a test",
+    adapts="ZMP, step location",
+    cannot="steps at fixed times",
+    cites=("Pratt2006",),
+)
+@dataclass(frozen=True)
+class Leaning(
+    CompiledController,
+    cycle=leaning_cycle,
+    arrays=over_arrays,
+    parameters=TRACKING,
+    state=TRACKING_STATE,
+):
+    """Tracks, and lands off its place by half of the DCM error."""
+
+    gain: float = setting(DCM_GAIN, "-", "K_f / omega", above=0.0, search=(0.2, 3.0))
+
+    def make_parameters(self):
+        return tracking_parameters(
+            self.robot, self.gait, self.gain * self.robot.omega, True, 0.0, self.period
+        )
