@@ -26,7 +26,7 @@ HEADING = "How hard a push is survived, from any side at any time"
 """Of page and pictures."""
 
 COLOURS = "viridis"
-"""Even steps in lightness, told apart with any colour vision."""
+"""Even steps in lightness, distinct for every colour vision."""
 
 SURVIVED = "#0072b2"
 
