@@ -85,7 +85,7 @@ def test_a_fall_is_not_reproduced(answers: list[BodyAnswer]) -> None:
 def test_the_command_writes_the_report(
     answers: list[BodyAnswer], tmp_path: Path, monkeypatch
 ) -> None:
-    monkeypatch.setattr(body, "paper_push_answers", lambda robot: answers)
+    monkeypatch.setattr(body, "paper_push_answers", lambda robot, report: answers)
     asked = ["reproduce", "--simulator", "mujoco", "--out", str(tmp_path / "out")]
     result = CliRunner().invoke(main, asked)
     assert result.exit_code == 0, result.output

@@ -14,6 +14,9 @@ from surefoot.show import palette
 from surefoot.show.method_marks import Mark
 from surefoot.version import VERSION
 
+FORMATS = (".png", ".pdf", ".svg")
+"""The endings that a picture's file may have."""
+
 DPI = 160
 """Of a .png [1/in]."""
 

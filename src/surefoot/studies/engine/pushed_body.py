@@ -32,10 +32,10 @@ from surefoot.worlds.walk import Walk
 PUSH_DURATION = 0.2
 """How long every push lasts [s]."""
 
-RECOVERY_TIME = 5.0
+TIME_AFTER_PUSH = 5.0
 """For so long a robot has to walk on after the push [s]."""
 
-PUSHED_STEP = 8
+FIRST_PUSHED_STEP = 8
 """No step before this one is pushed: two in place come first, then the gait settles."""
 
 LONGEST_APPROACH = 15.0
@@ -164,7 +164,7 @@ class Checkpoint:
     @property
     def survived(self) -> bool:
         """Whether the robot still walks after its push."""
-        whole = self.cycles == round((PUSH_DURATION + RECOVERY_TIME) / TIME_STEP)
+        whole = self.cycles == round((PUSH_DURATION + TIME_AFTER_PUSH) / TIME_STEP)
         return not self.walk.fallen and (whole or self.settled)
 
 
@@ -236,7 +236,7 @@ class PushedBody:
             stuck = now["now"] - now["began"] > STUCK
             return bool(stuck or (not recorded and settling.done(world.state)))
 
-        walk.run(start.time + PUSH_DURATION + RECOVERY_TIME, over)
+        walk.run(start.time + PUSH_DURATION + TIME_AFTER_PUSH, over)
         cycles = walk.world.cycles - start.walk.world.cycles
         return Checkpoint(walk, cycles, not walk.fallen and settling.done(walk.world.state))
 
@@ -259,7 +259,7 @@ def _approach(walk: PushedBody) -> Checkpoint:
     """Walk from a stand to where the push begins."""
     control, noise = walk.control(), noise_of(walk.robot, walk.estimate)
     estimator = usual_estimator(control.multibody, noise) if walk.estimate else None
-    retained = LONGEST_APPROACH + PUSH_DURATION + RECOVERY_TIME
+    retained = LONGEST_APPROACH + PUSH_DURATION + TIME_AFTER_PUSH
     world = BodyWorld(control, None, noise, estimator, retained=retained)
     going = Walk(world, plan=[(0.0, Steering(walk.velocity))])
     support, steps, usual = SIDES.index(walk.foot), Steps(), {}
@@ -268,7 +268,7 @@ def _approach(walk: PushedBody) -> Checkpoint:
         now, begun = world.state.walk[0], steps.begun(world.state)
         if begun is not None:
             usual[begun.side] = begun
-        if now["phase"] != WALKING or now["steps"] < PUSHED_STEP or now["support"] != support:
+        if now["phase"] != WALKING or now["steps"] < FIRST_PUSHED_STEP or now["support"] != support:
             return False
         # The next cycle is the first of the push.
         elapsed = now["now"] + TIME_STEP - now["began"]
