@@ -14,7 +14,7 @@ from click.testing import CliRunner, Result
 
 import surefoot as sf
 from surefoot.cli import main
-from surefoot.worlds.body import simulate as body_simulate
+from surefoot.worlds.body import world as body_world
 
 PHYSICS = ("walk", "--simulator", "mujoco")
 
@@ -204,7 +204,7 @@ def test_a_missing_extra_is_named(
 
 def test_a_body_that_gets_nowhere_has_not_walked(monkeypatch: pytest.MonkeyPatch) -> None:
     """Its steps end on the noise of soles whose filter is told of less."""
-    usual = body_simulate.simulate_body
+    usual = body_world.simulate_body
 
     def on_noise(control: sf.BodyControl, duration: float, *rest: Any, **others: Any) -> sf.Rollout:
         mechanism = control.multibody
@@ -212,7 +212,7 @@ def test_a_body_that_gets_nowhere_has_not_walked(monkeypatch: pytest.MonkeyPatch
         others["estimator"] = sf.BodyEstimator(mechanism)
         return usual(control, duration, *rest, **others)
 
-    monkeypatch.setattr(body_simulate, "simulate_body", on_noise)
+    monkeypatch.setattr(body_world, "simulate_body", on_noise)
     result = run(*PHYSICS, "--duration", "7")
     assert result.exit_code == 1
     words = " ".join(result.output.split())

@@ -1,4 +1,4 @@
-"""Whether a robot's file and its model agree, and whether it can stand and walk as they say.
+"""Whether a robot's file and its model agree, and whether it can stand and walk as commanded.
 
 Nothing is imported of physics here, so that a finding can also say that there is none.
 """

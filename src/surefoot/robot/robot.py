@@ -16,9 +16,6 @@ from surefoot.plugins import places
 from surefoot.robot.body import Body
 from surefoot.robot.gait import GaitLimits, Swing, check_positive
 
-GROUP = "surefoot.robots"
-"""The group of entry points of robots."""
-
 STANDARD_GRAVITY = 9.81
 """Gravitational acceleration, which a robot file may override [m/s^2]."""
 
