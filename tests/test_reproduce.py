@@ -11,11 +11,10 @@ import numpy as np
 import pytest
 
 import surefoot as sf
-from surefoot.show.paper_axes import png
 from surefoot.studies.reproduce import one_step
-from surefoot.studies.reproduce.claim import NOT_REPRODUCED, REPRODUCED, UNDER_ASSUMPTIONS, Claim
-from surefoot.studies.reproduce.one_step import limits_by_assumptions, limits_table, nearest_limits
-from surefoot.studies.reproduce.paper_claims import (
+from surefoot.studies.reproduce.axes import png
+from surefoot.studies.reproduce.figures import CAPTIONS, decision_time_figures, paper_figures
+from surefoot.studies.reproduce.measure import (
     PaperResults,
     claim_fig_5,
     claim_fig_8,
@@ -24,9 +23,17 @@ from surefoot.studies.reproduce.paper_claims import (
     paper_parameters,
     reproduce_paper,
 )
-from surefoot.studies.reproduce.paper_figures import CAPTIONS, decision_time_figures, paper_figures
-from surefoot.studies.reproduce.paper_report import PaperReport, Table, write_paper_report
-from surefoot.studies.reproduce.paper_scenarios import REPLAY_PUSH, paper_rollouts, replay_fall
+from surefoot.studies.reproduce.one_step import limits_by_assumptions, limits_table, nearest_limits
+from surefoot.studies.reproduce.question import (
+    NOT_REPRODUCED,
+    REPLAY_PUSH,
+    REPRODUCED,
+    UNDER_ASSUMPTIONS,
+    Claim,
+    paper_rollouts,
+    replay_fall,
+)
+from surefoot.studies.reproduce.show import PaperReport, Table, write_paper_report
 from surefoot.worlds.point.landings import pushed_landings
 
 EXPECTED = [

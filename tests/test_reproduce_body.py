@@ -11,10 +11,8 @@ from click.testing import CliRunner
 
 import surefoot as sf
 from surefoot.cli import main
-from surefoot.studies.reproduce import paper_body
-from surefoot.studies.reproduce.claim import NOT_REPRODUCED, REPRODUCED
-from surefoot.studies.reproduce.command import body_report
-from surefoot.studies.reproduce.paper_body import (
+from surefoot.studies.reproduce import body
+from surefoot.studies.reproduce.body import (
     IN_PART,
     PAPER_PUSHES,
     BodyAnswer,
@@ -23,7 +21,9 @@ from surefoot.studies.reproduce.paper_body import (
     paper_push_answers,
     step_rows,
 )
-from surefoot.studies.reproduce.paper_report import write_paper_report
+from surefoot.studies.reproduce.command import body_report
+from surefoot.studies.reproduce.question import NOT_REPRODUCED, REPRODUCED
+from surefoot.studies.reproduce.show import write_paper_report
 
 FORWARD, HEADLINE = PAPER_PUSHES[0], PAPER_PUSHES[-2]
 
@@ -85,7 +85,7 @@ def test_a_fall_is_not_reproduced(answers: list[BodyAnswer]) -> None:
 def test_the_command_writes_the_report(
     answers: list[BodyAnswer], tmp_path: Path, monkeypatch
 ) -> None:
-    monkeypatch.setattr(paper_body, "paper_push_answers", lambda robot: answers)
+    monkeypatch.setattr(body, "paper_push_answers", lambda robot: answers)
     asked = ["reproduce", "--simulator", "mujoco", "--out", str(tmp_path / "out")]
     result = CliRunner().invoke(main, asked)
     assert result.exit_code == 0, result.output

@@ -22,9 +22,9 @@ from surefoot.robot.feet import Side
 from surefoot.rollout.rollout import Rollout
 from surefoot.show import palette
 from surefoot.show.decision_words import LIMIT_WORDS
-from surefoot.show.paper_axes import shade_push_in_time
 from surefoot.show.picture_file import write_picture
 from surefoot.show.stances import Stance, broken, stances
+from surefoot.show.walk_events import shade_push_in_time
 from surefoot.show.walk_words import title
 
 FORMATS = (".png", ".pdf", ".svg")

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
+from surefoot.dcm.pushes import Push
 from surefoot.rollout.rollout import Rollout
 from surefoot.show import palette
 from surefoot.show.halo import HALO
@@ -42,6 +44,19 @@ def mark_events(ax: Axes, rollout: Rollout, parts: list[Stance]) -> None:
         _draw_instants(ax, "fell", [rollout.fall.time], clip_on=False, **alarm)
         if rollout.fall.lost_time is not None:
             _draw_instants(ax, "lost", [rollout.fall.lost_time], linestyle=(0, (4, 2)), **alarm)
+
+
+def strong_pushes(rollout: Rollout) -> list[Push]:
+    """The pushes that end: those without end are the small ones that act in every step."""
+    return [push for push in acting_pushes(rollout) if math.isfinite(push.duration)]
+
+
+def shade_push_in_time(ax: Axes, rollout: Rollout) -> None:
+    """Yellow while a push acts, and a thin line at every touchdown."""
+    for push in strong_pushes(rollout):
+        ax.axvspan(push.start, push.end, color=palette.PUSH, alpha=0.35, linewidth=0.0, zorder=0.5)
+    for step in rollout.footsteps:
+        ax.axvline(step.start + step.duration, color="#b5b5b5", linewidth=0.5, zorder=0.6)
 
 
 def _shade_pushes(ax: Axes, rollout: Rollout) -> None:

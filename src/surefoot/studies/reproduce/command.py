@@ -12,8 +12,8 @@ from surefoot.options import check_plotting, compiling_notice
 
 if TYPE_CHECKING:
     from surefoot.robot.robot import Robot
-    from surefoot.studies.reproduce.paper_body import BodyAnswer
-    from surefoot.studies.reproduce.paper_report import PaperReport
+    from surefoot.studies.reproduce.body import BodyAnswer
+    from surefoot.studies.reproduce.show import PaperReport
 
 
 @click.command()
@@ -37,7 +37,7 @@ def reproduce(simulator: str, out: Path) -> None:
 
     DIR/paper.html needs nothing else; DIR/paper.md says the same, with the pictures beside it.
     With `--simulator mujoco` the paper's robot is pushed in physics as the paper pushes a point
-    mass: DIR/paper_body.html and DIR/paper_body.md.
+    mass: DIR/body.html and DIR/body.md.
     """
     check_plotting()
     from surefoot.checks import check_folder
@@ -48,15 +48,15 @@ def reproduce(simulator: str, out: Path) -> None:
     import dataclasses
 
     from surefoot.robot.robot import load_robot
-    from surefoot.show.paper_axes import png
+    from surefoot.studies.reproduce.axes import png
     from surefoot.studies.reproduce.one_step import limits_table
-    from surefoot.studies.reproduce.paper_claims import paper_parameters, reproduce_paper
-    from surefoot.studies.reproduce.paper_figures import (
+    from surefoot.studies.reproduce.measure import paper_parameters, reproduce_paper
+    from surefoot.studies.reproduce.figures import (
         CAPTIONS,
         decision_time_figures,
         paper_figures,
     )
-    from surefoot.studies.reproduce.paper_report import PaperReport, Table, write_paper_report
+    from surefoot.studies.reproduce.show import PaperReport, Table, write_paper_report
 
     check_folder(out)
     robot = load_robot("paper-biped").replace(mass=70.0)
@@ -82,7 +82,7 @@ def _reproduce_on_body(out: Path) -> None:
     optional_module("mujoco", "physics", "mujoco")
     optional_module("daqp", "inverse dynamics", "mujoco")
     from surefoot.robot.robot import load_robot
-    from surefoot.studies.reproduce.paper_body import paper_push_answers
+    from surefoot.studies.reproduce.body import paper_push_answers
 
     check_folder(out)
     robot = load_robot("paper-biped")
@@ -92,7 +92,7 @@ def _reproduce_on_body(out: Path) -> None:
     report = body_report(robot, answers)
     for figure, what, _, ours, verdict, _ in report.claims:
         click.echo(f"{figure}, {what}: {ours.split(';')[0]}; {verdict}")
-    from surefoot.studies.reproduce.paper_report import write_paper_report
+    from surefoot.studies.reproduce.show import write_paper_report
 
     click.echo(f"report: {write_paper_report(report, out)[0]}")
 
@@ -102,32 +102,32 @@ def body_report(robot: Robot, answers: Sequence[BodyAnswer]) -> PaperReport:
 
     Args:
         robot: that was pushed.
-        answers: of `studies.reproduce.paper_body.paper_push_answers`.
+        answers: of `studies.reproduce.body.paper_push_answers`.
     """
     import dataclasses
 
     from surefoot.show.body_figure import body_picture
-    from surefoot.studies.reproduce import paper_body
-    from surefoot.studies.reproduce.paper_report import PaperReport, Table
+    from surefoot.studies.reproduce import body
+    from surefoot.studies.reproduce.show import PaperReport, Table
 
     pictures, captions = {}, {}
     for one in answers:
         if one.drawn and one.rollout.body is not None:
-            claim = paper_body.body_claim(one)
+            claim = body.body_claim(one)
             name = f"body-{one.method}-{one.push.impulse:g}-{one.push.direction.replace(' ', '-')}"
             pictures[name] = body_picture(one.rollout, one.rollout.body)
             captions[name] = f"{claim.figure}: {claim.text}. {claim.ours}."
     return PaperReport(
-        claims=[dataclasses.astuple(paper_body.body_claim(one)) for one in answers],
-        parameters=paper_body.body_parameters(robot, answers),
+        claims=[dataclasses.astuple(body.body_claim(one)) for one in answers],
+        parameters=body.body_parameters(robot, answers),
         pictures=pictures,
         captions=captions,
         tables=[Table(
             "Step by step",
             "From the pushed step on. The last column is how far the DCM is, when the foot lands, "
             "from where it is without a push.",
-            paper_body.STEP_COLUMNS,
-            paper_body.step_rows([one for one in answers if one.drawn]),
+            body.STEP_COLUMNS,
+            body.step_rows([one for one in answers if one.drawn]),
         )],
         name="paper_body",
         heading="The paper's pushes on a body",

@@ -18,8 +18,7 @@ from surefoot.rollout.rollout import Rollout
 from surefoot.studies.compare.body_limits import used_after
 from surefoot.studies.compare.body_protocol import BodyCell, BodyProtocol, body_method, push_of
 from surefoot.studies.compare.body_push import mechanism_of, moment_of, pushed_rollout, survived
-from surefoot.studies.reproduce.claim import NOT_REPRODUCED, REPRODUCED, Claim
-from surefoot.studies.reproduce.paper_scenarios import VELOCITY
+from surefoot.studies.reproduce.question import NOT_REPRODUCED, REPRODUCED, VELOCITY, Claim
 
 IN_PART, BEYOND, FELL = "reproduced in part", "survived, beyond the paper", "not survived"
 """Of a body that walks on, but not as the paper says; and of pushes that the paper has not."""

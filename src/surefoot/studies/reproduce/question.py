@@ -1,9 +1,13 @@
-"""The walks that [OnlineGait] shows, run as it describes them; what it leaves out is named here."""
+"""What [OnlineGait] states: the walks that it shows, as it describes them, and its claims.
+
+What the paper leaves out is named here.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +21,11 @@ from surefoot.robot.robot import Robot
 from surefoot.rollout.rollout import Rollout
 from surefoot.worlds.point.plant import LipmSimulator
 from surefoot.worlds.walk import simulate
+
+REPRODUCED = "reproduced"
+UNDER_ASSUMPTIONS = "reproduced under stated assumptions"
+NOT_REPRODUCED = "not reproduced"
+"""Verdicts."""
 
 VELOCITY = (0.5, 0.0)
 """Of every walk but the second of Fig. 4 [m/s]."""
@@ -41,8 +50,32 @@ HEADLINE_PUSH = Push(1.1, 0.2, (425.0, 0.0))
 REPLAY_PUSH = Push(1.0, 0.1, (1.0, 0.0))
 """The small push under which the open-loop replay is told apart from numerical noise."""
 
+AXES = {"+x": (1.0, 0.0), "-x": (-1.0, 0.0), "+y": (0.0, 1.0), "-y": (0.0, -1.0)}
+"""Directions of pushes as the paper names them; forward is +x, the left +y."""
+
 REPLAY_DURATION = 20.0
 """How long the plan is replayed at most [s]."""
+
+
+@dataclass(frozen=True)
+class Claim:
+    """One statement of the paper and what became of it.
+
+    Attributes:
+        figure: where the paper makes it.
+        text: the situation.
+        paper: what the paper reports.
+        ours: what is measured.
+        verdict: `REPRODUCED`, `UNDER_ASSUMPTIONS` or `NOT_REPRODUCED`.
+        why: the assumptions, or the reason for a difference.
+    """
+
+    figure: str
+    text: str
+    paper: str
+    ours: str
+    verdict: str
+    why: str
 
 
 def paper_rollouts(robot: Robot) -> dict[str, Rollout]:
@@ -68,7 +101,9 @@ def paper_rollouts(robot: Robot) -> dict[str, Rollout]:
         ("fig-11", lighter, 6.0, (FIG_11_PUSH,)),
         ("headline", hybrid, 9.3, (HEADLINE_PUSH,)),
     ]
-    return {name: simulate(who, duration, pushes) for name, who, duration, pushes in walks}
+    return {
+        name: simulate(controller, duration, pushes) for name, controller, duration, pushes in walks
+    }
 
 
 def replay_fall(robot: Robot, double_support: float, pushes: Sequence[Push] = ()) -> float:
@@ -78,7 +113,7 @@ def replay_fall(robot: Robot, double_support: float, pushes: Sequence[Push] = ()
     the tracking law without its feedback.
 
     Args:
-        robot: who walks.
+        robot: that walks.
         double_support: fraction of the step; without it the ZMP rests between touchdowns, so that
             holding it for a control period is exact.
         pushes: forces on the CoM.

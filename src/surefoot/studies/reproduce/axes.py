@@ -15,11 +15,11 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Rectangle
 from numpy.typing import NDArray
 
-from surefoot.dcm.pushes import Push
 from surefoot.robot.feet import Side
 from surefoot.rollout.rollout import Rollout
 from surefoot.show import palette
 from surefoot.show.stances import Stance, acting_pushes, broken, stances
+from surefoot.show.walk_events import strong_pushes
 from surefoot.version import VERSION
 
 WIDTH = 9.0
@@ -169,24 +169,11 @@ def paths(rollout: Rollout, parts: list[Stance]) -> dict[str, NDArray[np.float64
     }
 
 
-def strong_pushes(rollout: Rollout) -> list[Push]:
-    """The pushes that end: those without end are the small ones that act in every step."""
-    return [push for push in acting_pushes(rollout) if math.isfinite(push.duration)]
-
-
 def shade_push_in_space(ax: Axes, rollout: Rollout) -> None:
     """Yellow where the DCM is while a push acts."""
     for push in strong_pushes(rollout):
         x = np.interp([push.start, push.end], rollout.time, rollout.dcm[:, 0])
         ax.axvspan(x[0], x[1], color=palette.PUSH, alpha=0.28, linewidth=0.0, zorder=0.5)
-
-
-def shade_push_in_time(ax: Axes, rollout: Rollout) -> None:
-    """Yellow while a push acts, and a thin line at every touchdown."""
-    for push in strong_pushes(rollout):
-        ax.axvspan(push.start, push.end, color=palette.PUSH, alpha=0.35, linewidth=0.0, zorder=0.5)
-    for step in rollout.footsteps:
-        ax.axvline(step.start + step.duration, color="#b5b5b5", linewidth=0.5, zorder=0.6)
 
 
 def number_steps(ax: Axes, rollout: Rollout) -> None:

@@ -14,8 +14,10 @@ from numpy.typing import NDArray
 
 from surefoot.rollout.rollout import Rollout
 from surefoot.show import palette
-from surefoot.show.adaptation_figure import adaptation_figure, decision_time_figure
-from surefoot.show.paper_axes import (
+from surefoot.show.stances import broken, stances
+from surefoot.show.walk_events import shade_push_in_time
+from surefoot.studies.reproduce.adaptation import adaptation_figure, decision_time_figure
+from surefoot.studies.reproduce.axes import (
     add_legend,
     draw_curve,
     draw_soles,
@@ -25,11 +27,9 @@ from surefoot.show.paper_axes import (
     paths,
     push_patch,
     shade_push_in_space,
-    shade_push_in_time,
     sole_patches,
     time_figure,
 )
-from surefoot.show.stances import broken, stances
 
 CAPTIONS = {
     "fig-4": "Fig. 4: DCM plan and footholds at two walking velocities.",

@@ -13,14 +13,14 @@ from numpy.typing import NDArray
 
 from surefoot.rollout.rollout import Rollout
 from surefoot.show import palette
-from surefoot.show.paper_axes import (
+from surefoot.show.stances import Stance, broken, stances
+from surefoot.show.walk_events import shade_push_in_time
+from surefoot.studies.reproduce.axes import (
     add_legend,
     number_steps,
     push_patch,
-    shade_push_in_time,
     time_figure,
 )
-from surefoot.show.stances import Stance, broken, stances
 
 LABELS = ("T [s]", "X [m]", "Y + s hip [m]", r"$\tau$ [-]", r"$d_x$ [m]", r"$d_y$ [m]")
 
