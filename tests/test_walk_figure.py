@@ -21,7 +21,7 @@ import surefoot as sf
 from surefoot.show import palette
 from surefoot.show.stances import broken, stances
 from surefoot.show.walk_figure import check_figure_path, draw_walk, walk_figure
-from surefoot.show.walk_words import push_label, title, velocity_words
+from surefoot.show.words import push_label, title, velocity_words
 
 ROBOT = sf.load_robot("paper-biped")
 FORWARD = sf.HybridController(ROBOT, (0.5, 0.0))

@@ -92,7 +92,7 @@ def _write(scenes: Scenes, figure: MakeFigure, file: Path, page: Path) -> None:
 
     from surefoot.live.replay import write_page
     from surefoot.live.server import page_server, stop
-    from surefoot.show.walk_words import title
+    from surefoot.show.words import title
 
     with tempfile.TemporaryDirectory() as folder:
         drawn = Path(folder) / "walk.svg"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -93,22 +93,53 @@ def check(context: click.Context, robot: str, picture: Path | None, as_json: boo
     """Check a robot for physics: file and model, pose, soles, limits. Exits with 2 on a problem."""
     if picture is not None:
         _check_picture(picture)
-    from surefoot.show.check_words import check_lines, check_verdict
-
     name, findings, draw = _look_at(robot)
     found_problem = any(finding["verdict"] == "problem" for finding in findings)
     if as_json:
         print_json({"robot": name, "good": not found_problem, "checks": findings})
     else:
-        for line in check_lines(findings):
+        for line in _check_lines(findings):
             verdict, rest = line[:7], line[7:]
             click.echo(click.style(verdict, fg=_COLOURS.get(verdict.strip())) + rest)
-        click.echo(check_verdict(name, findings))
+        click.echo(_check_verdict(name, findings))
     if picture is not None and draw is None:
         click.echo("no picture: there is no mechanism to draw", err=True)
     elif picture is not None and draw is not None:
         draw(picture)
     context.exit(PROBLEMS if found_problem else 0)
+
+
+def _check_lines(findings: Sequence[Mapping[str, str]]) -> list[str]:
+    """One line for what is well, three for what is not.
+
+    Args:
+        findings: with check, verdict, expected, got and remedy.
+    """
+    width = max(len(finding["check"]) for finding in findings)
+    lines = []
+    for finding in findings:
+        verdict = finding["verdict"]
+        head = f"{verdict:7}"
+        if verdict == "ok":
+            lines.append(f"{head}  {finding['check']:{width}}  {finding['got']}")
+            continue
+        indent = " " * (11 + width)
+        lines += [
+            f"{head}  {finding['check']:{width}}  expected {finding['expected']}",
+            f"{indent}got {finding['got']}",
+            f"{indent}do this: {finding['remedy']}",
+        ]
+    return lines
+
+
+def _check_verdict(name: str, findings: Sequence[Mapping[str, str]]) -> str:
+    """The last line."""
+    counts = {
+        noun: sum(finding["verdict"] == noun for finding in findings)
+        for noun in ("problem", "warning")
+    }
+    counted = [f"{count} {noun}{'s' * (count > 1)}" for noun, count in counts.items() if count]
+    return f"{name}: {' and '.join(counted) if counted else 'all is well'}"
 
 
 def _check_picture(path: Path) -> None:

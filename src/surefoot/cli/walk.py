@@ -356,7 +356,7 @@ def _check_decides(brain: Controller, decision_plot: Path | None) -> None:
 def _print_walk(rollout: Any, brain: Controller, decision_plot: Path | None, as_json: bool) -> None:
     from surefoot.control.unified.controller import UnifiedController
     from surefoot.rollout.decisions import decisions
-    from surefoot.show.walk_summary import print_walk, walk_summary
+    from surefoot.show.summary import print_walk, walk_summary
 
     decided = decisions(brain, rollout) if isinstance(brain, UnifiedController) else None
     if decided is not None and decision_plot is not None:

@@ -154,9 +154,9 @@ def walk_body(walk: BodyWalk, as_json: bool) -> None:
     if walk.video is not None:
         _film(rollout, walk.video)
     _tell(rollout, as_json)
-    from surefoot.show.body_summary import makes_way
+    from surefoot.show.summary import holds_course
 
-    sys.exit(0 if not rollout.fallen and makes_way(rollout) else 1)
+    sys.exit(0 if not rollout.fallen and holds_course(rollout) else 1)
 
 
 def make_control(walk: BodyWalk) -> BodyControl:
@@ -257,11 +257,11 @@ def _film(rollout: Rollout, path: Path) -> None:
 
 
 def _tell(rollout: Any, as_json: bool) -> None:
-    from surefoot.show.body_summary import body_summary, print_body
+    from surefoot.show.summary import print_walk, walk_summary
 
     if as_json:
-        print_json(body_summary(rollout, rollout.body))
+        print_json(walk_summary(rollout))
         return
     from rich.console import Console
 
-    print_body(rollout, rollout.body, Console())
+    print_walk(rollout, Console())

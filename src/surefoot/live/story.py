@@ -15,7 +15,7 @@ from surefoot.robot.feet import Footstep
 from surefoot.robot.robot import Robot
 from surefoot.rollout.rollout import Rollout
 from surefoot.rollout.snapshot import Glimpse
-from surefoot.show.walk_words import DIRECTIONS, fall_evidence, velocity_words
+from surefoot.show.words import DIRECTIONS, fall_evidence, velocity_words
 
 SAME_PLACE, SAME_TIME = 0.01, 0.01
 """A landing that differs by less is the same [m, s]."""

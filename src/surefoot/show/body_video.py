@@ -37,7 +37,7 @@ from surefoot.show.body_scene import (
     set_stage,
 )
 from surefoot.show.off_screen import OffScreen
-from surefoot.show.walk_words import push_label, velocity_words
+from surefoot.show.words import push_label, velocity_words
 
 FORMATS = (".mp4", ".gif")
 """The endings that a film's file may have."""

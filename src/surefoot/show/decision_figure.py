@@ -21,11 +21,10 @@ from surefoot.dcm.nominal_gait import NominalGait
 from surefoot.robot.feet import Side
 from surefoot.rollout.rollout import Rollout
 from surefoot.show import palette
-from surefoot.show.decision_words import LIMIT_WORDS
 from surefoot.show.picture_file import write_picture
 from surefoot.show.stances import Stance, broken, stances
 from surefoot.show.walk_events import shade_push_in_time
-from surefoot.show.walk_words import title
+from surefoot.show.words import LIMIT_WORDS, title
 
 FORMATS = (".png", ".pdf", ".svg")
 """The endings that a picture's file may have."""

@@ -21,6 +21,7 @@ ALARM = "#c1002b"
 PUSH = "#ffd400"
 PUSH_EDGE = "#6b5900"
 QUIET = "#6f6f6f"
+TOUCHDOWN = "#b5b5b5"
 
 SOLE = {Side.LEFT: "#cfe3f2", Side.RIGHT: "#eae1d2"}
 SOLE_EDGE = {Side.LEFT: "#6395bd", Side.RIGHT: "#a08c69"}

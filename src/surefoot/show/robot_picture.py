@@ -18,8 +18,7 @@ from surefoot.robot.multibody import SIDES, Multibody
 from surefoot.robot.nominal_pose import NominalPose
 from surefoot.show import palette
 from surefoot.show.elevation import Elevation, draw_elevations, shown_groups
-from surefoot.show.halo import HALO
-from surefoot.show.picture_file import write_picture
+from surefoot.show.picture_file import HALO, write_picture
 
 FORMATS = (".png", ".pdf", ".svg")
 """The endings that a picture's file may have."""

@@ -9,7 +9,7 @@ from matplotlib.projections.polar import PolarAxes
 from matplotlib.ticker import MaxNLocator
 
 from surefoot.show import palette
-from surefoot.show.halo import HALO
+from surefoot.show.picture_file import HALO
 from surefoot.studies.compare.comparison import DIRECTIONS
 
 

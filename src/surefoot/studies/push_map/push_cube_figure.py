@@ -17,7 +17,7 @@ from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from surefoot.show import palette
-from surefoot.show.halo import HALO
+from surefoot.show.picture_file import HALO
 from surefoot.studies.compare.comparison import DIRECTIONS
 from surefoot.studies.engine.polar_rings import draw_rings
 from surefoot.studies.engine.push_map import FOOT_BAND, LIMIT

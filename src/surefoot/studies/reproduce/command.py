@@ -49,13 +49,13 @@ def reproduce(simulator: str, out: Path) -> None:
 
     from surefoot.robot.robot import load_robot
     from surefoot.studies.reproduce.axes import png
-    from surefoot.studies.reproduce.one_step import limits_table
-    from surefoot.studies.reproduce.measure import paper_parameters, reproduce_paper
     from surefoot.studies.reproduce.figures import (
         CAPTIONS,
         decision_time_figures,
         paper_figures,
     )
+    from surefoot.studies.reproduce.measure import paper_parameters, reproduce_paper
+    from surefoot.studies.reproduce.one_step import limits_table
     from surefoot.studies.reproduce.show import PaperReport, Table, write_paper_report
 
     check_folder(out)
@@ -106,7 +106,7 @@ def body_report(robot: Robot, answers: Sequence[BodyAnswer]) -> PaperReport:
     """
     import dataclasses
 
-    from surefoot.show.body_figure import body_picture
+    from surefoot.show.walk_figure import walk_picture
     from surefoot.studies.reproduce import body
     from surefoot.studies.reproduce.show import PaperReport, Table
 
@@ -115,7 +115,7 @@ def body_report(robot: Robot, answers: Sequence[BodyAnswer]) -> PaperReport:
         if one.drawn and one.rollout.body is not None:
             claim = body.body_claim(one)
             name = f"body-{one.method}-{one.push.impulse:g}-{one.push.direction.replace(' ', '-')}"
-            pictures[name] = body_picture(one.rollout, one.rollout.body)
+            pictures[name] = walk_picture(one.rollout)
             captions[name] = f"{claim.figure}: {claim.text}. {claim.ours}."
     return PaperReport(
         claims=[dataclasses.astuple(body.body_claim(one)) for one in answers],

@@ -17,9 +17,8 @@ from numpy.typing import NDArray
 from surefoot.checks import check_writable
 from surefoot.errors import ParameterError
 from surefoot.show import palette
-from surefoot.show.halo import HALO
 from surefoot.show.method_marks import mark
-from surefoot.show.picture_file import marker_path, write_picture
+from surefoot.show.picture_file import HALO, marker_path, write_picture
 from surefoot.studies.engine.push_map import FORMATS
 from surefoot.studies.sweep.sweep_axes import (
     even_grid,
