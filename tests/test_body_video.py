@@ -16,7 +16,7 @@ from PIL import Image
 
 import surefoot as sf
 from surefoot.show import palette
-from surefoot.show.body_video import GIF_SIZE, RATE, SIZE, STILL, Film
+from surefoot.show.film import GIF_SIZE, RATE, SIZE, STILL, Film
 from surefoot.show.footprints import standing_places
 from surefoot.show.ground import metres_per_inch
 from surefoot.show.joint_plots import motors_of

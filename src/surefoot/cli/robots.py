@@ -64,8 +64,9 @@ def _print_presets(presets: list[Robot]) -> None:
         table.add_column(column, no_wrap=column == "name")
     commands: dict[str, list[str]] = {}
     for robot in presets:
-        told = _as_numbers(robot)
-        physics = "missing: " + ", ".join(told["missing"]) if told["missing"] else "ready"
+        numbers = _as_numbers(robot)
+        missing = numbers["missing"]
+        physics = "missing: " + ", ".join(missing) if missing else "ready"
         table.add_row(
             robot.name,
             f"{robot.mass:g}",
@@ -74,8 +75,8 @@ def _print_presets(presets: list[Robot]) -> None:
             "point mass only" if robot.body is None else physics,
             robot.description,
         )
-        if told["missing"]:
-            commands.setdefault(told["install"], []).append(robot.name)
+        if missing:
+            commands.setdefault(numbers["install"], []).append(robot.name)
     Console().print(table)
     for command, names in commands.items():
         click.echo(f"\nFor {', '.join(names)} in physics:\n    {command}")
@@ -143,9 +144,7 @@ def _check_verdict(name: str, findings: Sequence[Mapping[str, str]]) -> str:
 
 
 def _check_picture(path: Path) -> None:
-    """Refuse early what cannot be drawn, and have MuJoCo draw without a screen."""
-    import os
-    import sys
+    """Refuse early what cannot be drawn."""
     from importlib.util import find_spec
 
     from surefoot.checks import check_writable
@@ -156,10 +155,8 @@ def _check_picture(path: Path) -> None:
     check_writable(path, (".png", ".pdf", ".svg"))
     if find_spec("mujoco") is None:
         return
-    if sys.platform == "linux":
-        # Read when MuJoCo is imported, which fails if there is no such library.
-        os.environ.setdefault("MUJOCO_GL", "egl")
     try:
+        # It reads MUJOCO_GL, and fails if there is no such library.
         import mujoco  # noqa: F401
     except (AttributeError, ImportError, OSError, RuntimeError) as error:
         raise DisplayError(error) from error
@@ -192,7 +189,7 @@ def _look_at(name: str) -> tuple[str, list[dict[str, str]], Callable[[Path], Non
     found = [finding.as_words() for finding in check_robot(mechanism, pose)]
 
     def draw(path: Path) -> None:
-        from surefoot.show.robot_picture import draw_robot
+        from surefoot.show.robot import draw_robot
 
         draw_robot(mechanism, pose, path)
 

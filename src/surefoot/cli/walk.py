@@ -360,7 +360,7 @@ def _print_walk(rollout: Any, brain: Controller, decision_plot: Path | None, as_
 
     decided = decisions(brain, rollout) if isinstance(brain, UnifiedController) else None
     if decided is not None and decision_plot is not None:
-        from surefoot.show.decision_figure import DecidedWalk, draw_decisions
+        from surefoot.show.decisions import DecidedWalk, draw_decisions
 
         draw_decisions([DecidedWalk(rollout, decided)], decision_plot)
     if as_json:

@@ -239,7 +239,7 @@ def _check_outputs(walk: BodyWalk) -> None:
     if walk.video is not None:
         for module in ("imageio_ffmpeg", "PIL", "matplotlib"):
             optional_module(module, "films", "video")
-        from surefoot.show.body_video import check_video_path
+        from surefoot.show.film import check_video_path
 
         check_video_path(walk.video)
 
@@ -249,7 +249,7 @@ def _film(rollout: Rollout, path: Path) -> None:
     from rich.console import Console
     from rich.progress import Progress
 
-    from surefoot.show.body_video import film_walk
+    from surefoot.show.film import film_walk
 
     with Progress(console=Console(stderr=True), transient=True) as bars:
         bar = bars.add_task("filming", total=None)

@@ -23,7 +23,7 @@ LINE = 0.19
 """Distance between two lines of words [in]."""
 
 LABELLED_PUSHES = 4
-"""More pushes than this are not told apart in words."""
+"""Of more pushes than this, only the strongest have words."""
 
 
 @dataclass(frozen=True)
@@ -147,7 +147,7 @@ def label_places(rollout: Rollout, shown: Extent, width: float) -> list[tuple[Pu
         width: of the picture [in].
     """
     pushes = acting_pushes(rollout)
-    # If they are many, only the strongest are told apart in words.
+    # If they are many, only the strongest have words.
     strong = sorted(pushes, key=lambda push: -math.hypot(*push.force))[:LABELLED_PUSHES]
     placed: list[tuple[Push, float, int]] = []
     for push in sorted(strong, key=lambda push: -_anchor(rollout, push)[0]):

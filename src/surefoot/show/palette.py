@@ -1,4 +1,4 @@
-"""Colours, line widths and fonts of the pictures; told apart by people of every colour vision.
+"""Colours, dashes and fonts of the pictures; people of every colour vision can tell them apart.
 
 The line colours are those of Okabe and Ito; what must not be mixed up differs in lightness or in
 dashes too. What a colour means is the same in every picture.

@@ -178,7 +178,7 @@ def gait_at(rollout: Rollout, time: float) -> NominalGait | None:
 
 
 def _fixed_duration(rollout: Rollout) -> float | None:
-    """T_nom if the controller was told one, else None [s].
+    """T_nom if the controller was given one, else None [s].
 
     A rollout does not say so, but its first cycle is on the nominal gait and has its duration.
     """

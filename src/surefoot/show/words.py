@@ -20,6 +20,9 @@ DIRECTIONS = (
 )  # fmt: skip
 """Eight of them, counter-clockwise."""
 
+STAND = "stand"
+"""The command of a body to come to a stand."""
+
 LIMIT_WORDS = {
     Limit.ZMP_X: "ZMP in x",
     Limit.ZMP_Y: "ZMP in y",
@@ -103,14 +106,14 @@ def velocity_words(velocity: tuple[float, float]) -> str:
 def command_words(velocity: tuple[float, float], turning: float, standing: bool) -> str:
     """A command in words: "0.3 m/s forward, turning +0.2 rad/s", counter-clockwise, or "stand"."""
     if standing:
-        return "stand"
+        return STAND
     return velocity_words(velocity) + (f", turning {turning:+.2g} rad/s" if turning else "")
 
 
 def command_label(velocity: tuple[float, float], turning: float, standing: bool) -> str:
     """A command for a plot in which there is little room: "0.3, 0 m/s, +0.2 rad/s"."""
     if standing:
-        return "stand"
+        return STAND
     words = f"{velocity[0]:g}, {velocity[1]:g} m/s"
     return words + (f", {turning:+g} rad/s" if turning else "")
 
@@ -125,6 +128,8 @@ def _course(rollout: Rollout) -> str:
         return "on footholds"
     commands = [command_words(*command) for _, *command in commanded(rollout)]
     if len(commands) > 2:
+        if commands[-1] == STAND:
+            return f"{len(commands) - 1} commanded velocities, then {STAND}"
         return f"{len(commands)} commanded velocities, the last {commands[-1]}"
     return ", then ".join(commands)
 
