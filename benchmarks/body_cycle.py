@@ -27,13 +27,13 @@ from rich.table import Table
 
 import surefoot as sf
 from surefoot.control.unified.controller import UnifiedController
+from surefoot.rollout.trace import WALKING
 from surefoot.worlds.body.estimator import BodyEstimator
 from surefoot.worlds.body.inverse_dynamics import InverseDynamics
 from surefoot.worlds.body.mechanics import Mechanics
 from surefoot.worlds.body.noise import BodyNoise
 from surefoot.worlds.body.plant import BodyPlant
 from surefoot.worlds.body.sensors import BodySight
-from surefoot.worlds.body.walker import WALKING
 
 ROBOT, VELOCITY, TURN = "paper-biped", (0.3, 0.0), 20
 """Who walks how fast [m/s]; how many cycles a walk goes on before it is the next one's turn."""

@@ -25,7 +25,7 @@ from rich.table import Table
 
 import surefoot as sf
 from surefoot.control.cycle import side_index
-from surefoot.control.methods import METHODS
+from surefoot.control.registry import methods
 from surefoot.dcm.support import nearest_supported
 from surefoot.interface import OBSERVATION, Status
 from surefoot.record import new_array
@@ -399,8 +399,8 @@ def subjects(names: Sequence[str] | None = None) -> list[Subject]:
     """
     robot = sf.load_robot("paper-biped")
     leg = robot.with_leg(max_speed=3.0, max_acceleration=60.0)
-    made = [(one.key, one, robot) for one in METHODS]
-    made += [(f"{one.key}, leg", one, leg) for one in METHODS if not one.fixed_steps]
+    made = [(one.key, one, robot) for one in methods()]
+    made += [(f"{one.key}, leg", one, leg) for one in methods() if not one.fixed_steps]
     found = [
         Subject(name, one.controller(who, (0.3, 0.0)))
         for name, one, who in made

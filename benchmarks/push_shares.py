@@ -20,7 +20,7 @@ from rich.console import Console
 from rich.table import Table
 
 import surefoot as sf
-from surefoot.control.methods import METHODS
+from surefoot.control.registry import methods
 from surefoot.errors import SurefootError
 
 sys.path.append(str(Path(__file__).parents[1] / "tests"))
@@ -41,7 +41,7 @@ def survived(cell: RandomCell, controller: sf.Controller, limit: float) -> float
 def rivals(cell: RandomCell, limit: float) -> dict[str, float]:
     """The same of every other compiled method that walks on this leg with this sole."""
     found = {}
-    for method in METHODS:
+    for method in methods():
         if method.key == "unified" or method.slow:
             continue
         given = {**method.compared, "step_duration": cell.step_duration}

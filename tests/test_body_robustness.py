@@ -13,6 +13,7 @@ from click.testing import CliRunner
 
 import surefoot as sf
 from surefoot.cli import main
+from surefoot.studies.compare import body_robustness
 from surefoot.studies.compare.body_conditions import BODY_CONDITIONS, SILENT, USUAL, body_condition
 from surefoot.studies.compare.body_robustness import (
     WalkCell,
@@ -22,7 +23,6 @@ from surefoot.studies.compare.body_robustness import (
 )
 from surefoot.studies.compare.body_walk_report import PICTURE, TEXT, walk_figure, write_walk_report
 from surefoot.studies.compare.body_walks import BodyWalks, body_walks, falls_table, walk_table
-from surefoot.studies.compare.compare import body_robustness
 from surefoot.worlds.body.estimator import BodySenses
 
 ROBOT = sf.load_robot("paper-biped")

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from surefoot.record import new_array
+from surefoot.rollout.trace import WALKING
 from surefoot.studies.compare.body_settling import BegunStep, Settling
 from surefoot.worlds.body.controller import BodyState
 from surefoot.worlds.body.step import BODY_WALK
-from surefoot.worlds.body.walker import WALKING
 
 STEP, OFFSET = 0.3, (0.02, 0.06)
 USUAL = {

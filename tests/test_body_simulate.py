@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import surefoot as sf
-from surefoot.control.methods import METHODS
+from surefoot.control.registry import methods
 from surefoot.robot.feet import Footstep
 from surefoot.rollout.outcome import has_walked_on
 from surefoot.worlds.body.estimator import BodySenses
@@ -274,7 +274,7 @@ def test_misuse_is_told(control: sf.BodyControl, arguments: dict, message: str) 
 
 
 @pytest.mark.parametrize(
-    "method", [m for m in METHODS if not (m.slow or m.leans)], ids=lambda m: m.key
+    "method", [m for m in methods() if not (m.slow or m.leans)], ids=lambda m: m.key
 )
 def test_every_method_walks_or_falls_for_a_reason(method, control: sf.BodyControl) -> None:
     brain = sf.body_controller(method.key, sf.walking_robot(control.multibody), (0.3, 0.0))

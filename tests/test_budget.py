@@ -12,7 +12,8 @@ from click.testing import CliRunner
 
 import surefoot as sf
 from surefoot.cli import main
-from surefoot.control.methods import METHODS, method
+from surefoot.control.registry import find_method
+from surefoot.control.registry import methods as all_methods
 from surefoot.studies.compare.budget import UNDISTURBED, Budget, budget
 from surefoot.studies.compare.budget_figure import budget_figure, draw_budget, lost_words
 from surefoot.studies.compare.budget_report import budget_text, write_budget_report
@@ -44,14 +45,14 @@ def rows(tmp_path_factory) -> list[dict]:
 
 
 def told(rows: list[dict]) -> Budget:
-    methods = [{"key": key, "label": method(key).label} for key in SMALL.methods]
+    methods = [{"key": key, "label": find_method(key).label} for key in SMALL.methods]
     return budget(rows, methods, disturbances_of(SMALL), {"robot": "paper-biped"})
 
 
 def test_every_condition_has_one_name_and_is_wrong_in_its_own_way() -> None:
     assert every_condition()[0] == UNDISTURBED == "none"
     assert len({one.key for one in CONDITIONS}) == len({one.label for one in CONDITIONS})
-    controller = METHODS[0].controller(ROBOT, (0.5, 0.0))
+    controller = all_methods()[0].controller(ROBOT, (0.5, 0.0))
     ways = [(one.walks(3), one.plant(ROBOT), one.estimator_of(controller)) for one in CONDITIONS]
     assert len({repr(way) for way in ways}) == len(CONDITIONS)
     for one in CONDITIONS:
@@ -80,7 +81,7 @@ def test_one_rule_for_a_whole_budget_and_the_papers_without() -> None:
 def test_the_worst_walk_counts() -> None:
     cell = Cell("hybrid", 90.0, 0.5, 0.2, 3.0, "com-offset")
     row = measure(SMALL, cell)
-    one = method("hybrid")
+    one = find_method("hybrid")
     controller = one.controller(SMALL.robot_with(3.0), (0.5, 0.0), **one.compared)
     own = [
         sf.smallest_failing_push(
@@ -155,7 +156,7 @@ def test_the_report_holds_every_field(rows, tmp_path: Path) -> None:
 
 def test_labels_of_the_picture_do_not_leave_it(rows) -> None:
     """All disturbances, the longest names last."""
-    methods = [{"key": one.key, "label": one.label} for one in METHODS]
+    methods = [{"key": one.key, "label": one.label} for one in all_methods()]
     wrongs = [{"key": one.key, "label": one.label, "walks": 1} for one in CONDITIONS]
     figure = budget_figure(budget(rows, methods, wrongs, {"robot": "paper-biped"}))
     figure.canvas.draw()
@@ -229,7 +230,7 @@ def test_the_push_comes_in_the_same_phase_of_the_same_step(key: str) -> None:
     (walk,) = wrong.walks(1)
     begins = pushed_touchdown(SMALL, "tracking", 3.0, key, walk)
     assert begins == pytest.approx(SMALL.push_start(0.0) + 2.0 * shift, abs=1e-9)
-    controller = method("tracking").controller(SMALL.robot_with(3.0), (0.5, 0.0))
+    controller = find_method("tracking").controller(SMALL.robot_with(3.0), (0.5, 0.0))
     rollout = sf.simulate(controller, begins + 0.1, disturbance=walk)
     last = rollout.observations[-1]
     assert last["support_side"] == sf.Side.RIGHT

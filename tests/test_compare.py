@@ -16,11 +16,10 @@ from click.testing import CliRunner
 
 import surefoot as sf
 from surefoot.cli import main
-from surefoot.cli.walk import METHODS as NAMES
-from surefoot.control.methods import METHODS, method
+from surefoot.control.registry import find_method, method_names, methods
+from surefoot.studies.compare import compare
 from surefoot.studies.compare.compare import (
     able_methods,
-    compare,
     compare_methods,
     open_shards,
     run_comparison,
@@ -45,15 +44,14 @@ def measured(tmp_path_factory) -> compare.Comparison:
 
 
 def test_every_method_has_one_name_everywhere() -> None:
-    assert sorted(NAMES) == sorted(one.key for one in METHODS)
-    assert NAMES[0] == "unified"
-    assert len({one.label for one in METHODS}) == len(METHODS)
-    assert set(every_method()) == {one.key for one in METHODS if not one.slow}
+    assert sorted(method_names()) == sorted(one.key for one in methods())
+    assert len({one.label for one in methods()}) == len(methods())
+    assert set(every_method()) == {one.key for one in methods() if not one.slow}
     with pytest.raises(sf.ParameterError, match=r"a method \(tracking, .*\); got 'lqr'"):
-        method("lqr")
+        find_method("lqr")
 
 
-@pytest.mark.parametrize("one", METHODS, ids=lambda one: one.key)
+@pytest.mark.parametrize("one", methods(), ids=lambda one: one.key)
 def test_every_method_makes_its_controller(one) -> None:
     controller = one.controller(ROBOT, (0.3, 0.0))
     assert isinstance(controller, sf.Controller)
@@ -70,7 +68,7 @@ def test_the_cells_are_the_whole_grid() -> None:
 
 def test_outward_is_towards_the_swing_foot() -> None:
     """The right foot stands in the pushed step, so outward is to the left."""
-    controller = method("tracking").controller(ROBOT, (0.5, 0.0))
+    controller = find_method("tracking").controller(ROBOT, (0.5, 0.0))
     rollout = sf.simulate(controller, SMALL.push_start(0.5))
     seen = rollout.observations[-1]
     towards = seen["swing_foot"][:2] - seen["support_foot"]
@@ -140,7 +138,7 @@ def test_the_number_of_workers_changes_nothing(measured, tmp_path) -> None:
 KILLED = """
 from pathlib import Path
 import sys
-from surefoot.studies.compare.compare import compare
+from surefoot.studies.compare import compare
 from tests_protocol import SMALL
 compare.KEEP_EVERY = 0.0
 slow = compare.measure
@@ -258,7 +256,7 @@ def row(key: str, impulse: float, angle: float = 0.0, speed: float = 3.0, phase:
 @pytest.mark.parametrize("direction", [(1.0, 0.0), (0.0, -1.0)])
 def test_fixed_steps_come_near_what_fixed_steps_allow(key: str, direction) -> None:
     """A strawman is a defect: at least 95 % of the limit of fixed steps."""
-    controller = method(key).controller(ROBOT, (0.5, 0.0))
+    controller = find_method(key).controller(ROBOT, (0.5, 0.0))
     limit = sf.fixed_steps_limit(ROBOT, direction).impulse
     force = (direction[0] * 0.95 * limit / 0.2, direction[1] * 0.95 * limit / 0.2)
     rollout = sf.simulate(controller, 9.0, [sf.Push(1.1, 0.2, force)])

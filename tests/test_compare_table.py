@@ -20,8 +20,9 @@ from surefoot.studies.compare.compare_table import (
     compare_table,
     print_compare_table,
 )
-from surefoot.studies.compare.compare_words import angle_words, cautions, protocol, time_words
+from surefoot.studies.compare.compare_words import cautions, protocol
 from surefoot.studies.compare.comparison import Choice, Comparison, choose, comparison
+from surefoot.studies.engine.words import angle_words, time_words
 
 ROW = {
     "method": "a", "angle": 0.0, "phase": 0.0, "push_duration": 0.2, "leg_speed": 3.0,

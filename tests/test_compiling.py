@@ -13,7 +13,7 @@ SOURCE = Path(sf.__file__).parent
 
 ASK = """
 import numpy as np
-from surefoot.control.tracking_law import PLAN, TRACKING, follow_plan
+from surefoot.control.tracking import PLAN, TRACKING, follow_plan
 from surefoot.interface import COMMAND, OBSERVATION
 records = [np.zeros(1, dtype) for dtype in (TRACKING, OBSERVATION, PLAN, COMMAND)]
 tracking, observation, plan, command = records

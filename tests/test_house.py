@@ -19,7 +19,7 @@ LONGEST_FUNCTION = 60
 
 LADDER = [
     {"errors", "version"},
-    {"checks", "compiled", "record"},
+    {"checks", "compiled", "plugins", "record"},
     {"geometry"},
     {"robot"},
     {"interface"},
@@ -45,6 +45,54 @@ def room(path: Path) -> str:
 
 def rung(name: str) -> int:
     return next(level for level, rooms in enumerate(LADDER) if name in rooms)
+
+
+SIBLINGS = ("studies", "worlds")
+"""Rooms whose folders do not see each other, but for what is made to be shared."""
+
+SHARED = {"studies.engine"}
+"""Folders of such a room that all others see, and which see none of them."""
+
+NOT_YET = {
+    ("studies.engine", "studies.compare"),
+    ("studies.gentleness", "studies.compare"),
+    ("studies.push_map", "studies.compare"),
+    ("studies.reproduce", "studies.compare"),
+}
+"""What is left to be taken apart."""
+
+
+def folder(module: str) -> str | None:
+    """The folder among siblings that a module lies in, or none: "studies.compare"."""
+    parts = module.removeprefix("surefoot.").split(".")
+    inner = parts[0] in SIBLINGS and len(parts) > 1 and (SOURCE / parts[0] / parts[1]).is_dir()
+    return ".".join(parts[:2]) if inner else None
+
+
+def imported_siblings(module: str, tree: ast.AST) -> set[tuple[str, str]]:
+    """Which other folders of its room a file of a folder imports."""
+    own = folder(module)
+    names = {
+        name
+        for node in ast.walk(tree)
+        for name in (
+            [node.module or "", *(f"{node.module}.{alias.name}" for alias in node.names)]
+            if isinstance(node, ast.ImportFrom)
+            else [alias.name for alias in node.names]
+            if isinstance(node, ast.Import)
+            else []
+        )
+        if name.startswith("surefoot.")
+    }
+    others = {folder(name) for name in names} - {None, own}
+    return {
+        (own, other)
+        for other in others
+        if own is not None
+        and other is not None
+        and own.partition(".")[0] == other.partition(".")[0]
+        and (other not in SHARED)
+    }
 
 
 def imported_rooms(tree: ast.AST) -> list[tuple[str, int]]:
@@ -79,6 +127,27 @@ def test_the_ladder_test_can_fail() -> None:
     tree = ast.parse("from surefoot.control.hybrid import HybridController\nimport surefoot.cli")
     assert imported_rooms(tree) == [("control", 1), ("cli", 2)]
     assert rung("cli") > rung("control") > rung("robot")
+
+
+def test_siblings_do_not_see_each_other() -> None:
+    found: set[tuple[str, str]] = set()
+    for path in FILES:
+        module = ".".join(("surefoot", *path.relative_to(SOURCE).with_suffix("").parts))
+        found |= imported_siblings(module, ast.parse(path.read_text()))
+    assert found == NOT_YET
+
+
+def test_the_siblings_test_can_fail() -> None:
+    tree = ast.parse("def lazy():\n    from surefoot.studies.compare.question import Protocol")
+    assert imported_siblings("surefoot.studies.tune.trials", tree) == {
+        ("studies.tune", "studies.compare")
+    }
+    assert not imported_siblings("surefoot.studies.compare.show", tree)
+    assert not imported_siblings("surefoot.cli.walk", tree)
+    tree = ast.parse("from surefoot.worlds import body\nimport surefoot.studies.engine.study")
+    assert imported_siblings("surefoot.worlds.point.batch", tree) == {
+        ("worlds.point", "worlds.body")
+    }
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: str(path.relative_to(SOURCE)))

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 import surefoot as sf
-from surefoot.control.methods import METHODS
+from surefoot.control.registry import methods
 from surefoot.robot.gait import GaitLimits
 
-FAST = [one for one in METHODS if not one.slow and not one.leans and "mpc" not in one.key]
+FAST = [one for one in methods() if not one.slow and not one.leans and "mpc" not in one.key]
 LONG = 60.0
 """Rounding grows a thousandfold in 2 s: by then it has fallen if nothing takes it back [s]."""
 

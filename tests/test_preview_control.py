@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 import surefoot as sf
 from surefoot.control.cycle import side_index
-from surefoot.control.preview_gains import cart_table, error_system, preview_gains
+from surefoot.control.preview_law import cart_table, error_system, preview_gains
 
 ROBOT = sf.load_robot("paper-biped").replace(mass=70.0)
 OMEGA = ROBOT.omega

@@ -10,7 +10,7 @@ import pytest
 
 import surefoot as sf
 from random_cells import RandomCell, random_cell
-from surefoot.control.methods import METHODS
+from surefoot.control.registry import methods
 from surefoot.dcm.viable_displacement import viable_displacement
 
 SHARES = [*np.arange(0.04, 0.93, 0.04), 0.95]
@@ -91,7 +91,7 @@ def test_no_other_method_survives_more(seed: int) -> None:
     cell = replace(random_cell(seed), whole_sole=True)
     limit, shares = cell.causal_limit(), np.arange(0.05, 1.101, 0.05)
     survived = {}
-    for method in METHODS:
+    for method in methods():
         given = {**method.compared, "step_duration": cell.step_duration}
         try:
             controller = method.controller(cell.robot, cell.velocity, **given)

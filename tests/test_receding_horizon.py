@@ -11,11 +11,17 @@ import pytest
 import quadprog
 
 import surefoot as sf
-from surefoot.control.mpc import receding_horizon
-from surefoot.control.mpc.lipm_horizon import horizon, lean_response, velocity_response
-from surefoot.control.mpc.placement import placed_feet
-from surefoot.control.mpc.receding_cycle import MPC_STATE, SOLVE, prepare
-from surefoot.control.mpc.receding_horizon import horizons, samples_in, steps_ahead
+from surefoot.control.mpc import horizon as mpc_horizon
+from surefoot.control.mpc.cycle import MPC_STATE, SOLVE, prepare
+from surefoot.control.mpc.horizon import (
+    horizon,
+    horizons,
+    lean_response,
+    placed_feet,
+    samples_in,
+    steps_ahead,
+    velocity_response,
+)
 from surefoot.dcm.pendulum import com_flow
 from surefoot.dcm.trunk import trunk_flow
 
@@ -307,7 +313,7 @@ def test_solved_less_often_it_reacts_later() -> None:
 def test_a_solver_that_fails_is_told(kind, monkeypatch) -> None:
     """The robot stands on the centre of its foot and steps as planned; nothing raises."""
     controller = kind(ROBOT, (0.5, 0.0))
-    monkeypatch.setattr(receding_horizon, "_solver", lambda: lambda *_: (None, 0.0, -1, {}))
+    monkeypatch.setattr(mpc_horizon, "_solver", lambda: lambda *_: (None, 0.0, -1, {}))
     observation = controller.first_observation()
     command, _ = controller.step(controller.start(observation), observation)
     assert sf.Status.NOT_CONVERGED in command.status
@@ -321,12 +327,12 @@ def test_without_its_solver_the_message_names_the_installation(kind, monkeypatch
         raise ModuleNotFoundError(f"No module named {name!r}", name=name)
 
     monkeypatch.setattr("surefoot.checks.import_module", missing)
-    receding_horizon._solver.cache_clear()
+    mpc_horizon._solver.cache_clear()
     try:
         with pytest.raises(sf.MissingExtraError, match=r'pip install "surefoot\[mpc\]"'):
             kind(ROBOT, (0.5, 0.0))
     finally:
-        receding_horizon._solver.cache_clear()
+        mpc_horizon._solver.cache_clear()
 
 
 def test_it_goes_to_another_process(kind) -> None:

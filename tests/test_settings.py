@@ -9,7 +9,7 @@ from click.testing import CliRunner
 
 import surefoot as sf
 from surefoot.cli import main
-from surefoot.control.methods import METHODS
+from surefoot.control.registry import methods
 from surefoot.control.settings import (
     Settings,
     checked_settings,
@@ -27,7 +27,7 @@ def robot() -> sf.Robot:
     return sf.load_robot("paper-biped")
 
 
-@pytest.mark.parametrize("one", METHODS, ids=lambda one: one.key)
+@pytest.mark.parametrize("one", methods(), ids=lambda one: one.key)
 def test_the_defaults_of_every_method_are_settings_of_it(one) -> None:
     defaults = settings(one.key)
     assert not {"robot", "velocity", "gait", "parameters"} & set(defaults)
@@ -37,7 +37,7 @@ def test_the_defaults_of_every_method_are_settings_of_it(one) -> None:
 
 @pytest.mark.parametrize("key", COMPILED)
 def test_with_its_defaults_it_is_the_controller_of_the_method(key: str, robot: sf.Robot) -> None:
-    (one,) = [one for one in METHODS if one.key == key]
+    (one,) = [one for one in methods() if one.key == key]
     made = with_settings(key, robot, (0.5, 0.0), settings(key))
     assert made == one.controller(robot, (0.5, 0.0))
     assert np.array_equal(made.parameters, one.controller(robot, (0.5, 0.0)).parameters)
@@ -86,7 +86,7 @@ def test_a_count_takes_whole_numbers_only() -> None:
         checked_settings("linear-mpc", {"samples": 60.0})
 
 
-@pytest.mark.parametrize("one", METHODS, ids=lambda one: one.key)
+@pytest.mark.parametrize("one", methods(), ids=lambda one: one.key)
 def test_a_file_gives_back_what_was_written(one, tmp_path: Path) -> None:
     values = {name: value for name, value in settings(one.key).items() if value is not None}
     chosen = Settings(one.key, values)

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 import surefoot as sf
-from surefoot.control.methods import METHODS
+from surefoot.control.registry import methods
 
 BASE = sf.load_robot("paper-biped").with_leg(max_speed=4.0)
-RIVALS = [one for one in METHODS if one.key != "unified" and not one.leans]
+RIVALS = [one for one in methods() if one.key != "unified" and not one.leans]
 
 
 def similar(robot: sf.Robot, scale: float, heavier: float) -> sf.Robot:

@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 import surefoot as sf
 from random_cells import RandomCell, random_cell
 from scales import UNITY, Scale, largest_difference
-from surefoot.control.methods import METHODS, Method
+from surefoot.control.registry import Method, methods
 from surefoot.dcm.nominal_gait import gait_room, largest_speed
 from surefoot.dcm.push_limit import fixed_steps_limit
 from surefoot.dcm.viability import fall_distance
@@ -54,7 +54,7 @@ def walk(one: Method, scale: Scale, robot: sf.Robot = ROBOT, duration: float = 4
 
 @cache
 def usual_walk(key: str, duration: float = 4.5) -> sf.Rollout:
-    (one,) = (method for method in METHODS if method.key == key)
+    (one,) = (method for method in methods() if method.key == key)
     return walk(one, UNITY, duration=duration)
 
 
@@ -65,9 +65,9 @@ def assert_alike(usual: sf.Rollout, scaled: sf.Rollout, scale: Scale) -> None:
 
 
 @pytest.mark.parametrize("scale", SCALES, ids=str)
-@pytest.mark.parametrize("key", [one.key for one in METHODS])
+@pytest.mark.parametrize("key", [one.key for one in methods()])
 def test_every_method_walks_alike(key: str, scale: Scale) -> None:
-    (one,) = (method for method in METHODS if method.key == key)
+    (one,) = (method for method in methods() if method.key == key)
     duration = 1.6 if one.slow else 4.5
     assert_alike(usual_walk(key, duration), walk(one, scale, duration=duration), scale)
 
@@ -75,7 +75,7 @@ def test_every_method_walks_alike(key: str, scale: Scale) -> None:
 @pytest.mark.parametrize("scale", SCALES, ids=str)
 @pytest.mark.parametrize("key", ["hybrid", "unified"])
 def test_a_leg_that_accelerates_is_alike(key: str, scale: Scale) -> None:
-    (one,) = (method for method in METHODS if method.key == key)
+    (one,) = (method for method in methods() if method.key == key)
     usual, scaled = walk(one, UNITY, NIMBLE), walk(one, scale, NIMBLE)
     if math.log2(scale.length) % 2.0 == 0.0:
         assert_alike(usual, scaled, scale)
@@ -94,7 +94,7 @@ def test_what_disturbs_and_what_estimates_is_alike(key: str, scale: Scale) -> No
         dcm_noise=0.002, velocity_noise=0.01, delay=0.003, com_offset=(0.005, -0.004),
         landing_error=0.005, touchdown_shift=-0.004, seed=5,
     )  # fmt: skip
-    (one,) = (method for method in METHODS if method.key == key)
+    (one,) = (method for method in methods() if method.key == key)
 
     def disturbed(size: Scale) -> sf.Rollout:
         robot, period = size.robot(ROBOT), 0.001 * size.time
@@ -116,7 +116,7 @@ def test_what_disturbs_and_what_estimates_is_alike(key: str, scale: Scale) -> No
 @pytest.mark.parametrize("scale", SCALES, ids=str)
 @pytest.mark.parametrize("key", ["tracking", "capture-point", "hybrid", "unified"])
 def test_the_same_share_of_the_limit_fails(key: str, scale: Scale) -> None:
-    (one,) = (method for method in METHODS if method.key == key)
+    (one,) = (method for method in methods() if method.key == key)
 
     def smallest(size: Scale) -> tuple[float, bool, float]:
         robot = size.robot(ROBOT)

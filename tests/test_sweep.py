@@ -20,7 +20,8 @@ from click.testing import CliRunner
 import surefoot as sf
 from surefoot.cli import main
 from surefoot.studies.engine.workers import Cluster, Processes
-from surefoot.studies.sweep.sweep import run_sweep, sweep
+from surefoot.studies.sweep import sweep
+from surefoot.studies.sweep.sweep import run_sweep
 from surefoot.studies.sweep.sweep_cell import measure_cells
 from surefoot.studies.sweep.sweep_parameters import known_parameters, situation
 from surefoot.studies.sweep.sweep_sampling import sweep_cells
@@ -319,7 +320,7 @@ def test_a_leg_without_a_limit_is_refused_and_not_a_failure(tmp_path) -> None:
 KILLED = """
 import sys, time
 from pathlib import Path
-from surefoot.studies.sweep.sweep import sweep
+from surefoot.studies.sweep import sweep
 from surefoot.studies.sweep.sweep_study import load_study
 from surefoot.studies.engine.workers import Processes
 

@@ -15,7 +15,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
-from surefoot.control.methods import METHODS
+from surefoot.control.registry import methods
 from surefoot.errors import FileError, ParameterError
 from surefoot.show import palette
 from surefoot.studies.sweep.sweep_bins import wilson
@@ -230,7 +230,7 @@ def test_the_title_says_what_was_asked() -> None:
 
 
 def test_every_parameter_of_every_method_has_its_unit() -> None:
-    names = {name for method in METHODS for name in known_parameters(method.key)}
+    names = {name for method in methods() for name in known_parameters(method.key)}
     missing = [name for name in names if name.partition(".")[2] not in UNITS]
     assert missing == []
     one = column([{"robot.foot.length": 0.1, "gait.step_x.max": 0.5}], "gait.step_x.max")

@@ -20,12 +20,12 @@ from surefoot.control.settings import load_settings, settings, with_settings
 from surefoot.studies.gentleness.gentleness import Answer
 from surefoot.studies.tune.command import PREFERENCES as OFFERED
 from surefoot.studies.tune.knobs import (
-    RANGES,
     Knob,
     defaults_of,
     knobs_of,
     parameters_of,
     rounded,
+    usual_knobs,
 )
 from surefoot.studies.tune.push_score import STEP_WEIGHT, effort_of, score, survived
 from surefoot.studies.tune.trials import REFUSED, Trials, Tried, pareto_front
@@ -36,6 +36,7 @@ from surefoot.studies.tune.tune_report import tuning_text
 from surefoot.studies.tune.tune_words import verdict
 
 TRIALS = 12
+TUNED = ("unified", "hybrid", "step-timing", "tracking", "tracking-stiff")
 
 
 @pytest.fixture(scope="module")
@@ -59,7 +60,7 @@ def tuned(question: Question, tmp_path_factory: pytest.TempPathFactory) -> tuple
 # What is searched
 
 
-@pytest.mark.parametrize("key", RANGES)
+@pytest.mark.parametrize("key", TUNED)
 def test_every_usual_knob_is_a_parameter_with_its_default_in_range(
     key: str, robot: sf.Robot
 ) -> None:
@@ -87,7 +88,7 @@ def test_parameters_are_those_that_are_not_as_by_default() -> None:
 def test_a_range_of_ones_own_goes_over_the_usual_one() -> None:
     assert knobs_of("unified", ("dcm_gain=2:4", "reserve")) == (
         Knob("dcm_gain", 2.0, 4.0),
-        next(knob for knob in RANGES["unified"] if knob.name == "reserve"),
+        next(knob for knob in usual_knobs("unified") if knob.name == "reserve"),
     )
     (linear,) = knobs_of("tracking", ("double_support=0:0.3",))
     assert not linear.log
@@ -147,10 +148,10 @@ def test_what_is_survived_is_one_step_below_what_fails(question: Question) -> No
     brain = sf.HybridController(question.robot, (0.5, 0.0))
     pushed = question.seen[0]
     found = sf.smallest_failing_push(
-        brain, (1.0, 0.0), start=question.protocol.push_start(0.0), step=question.protocol.step
+        brain, (1.0, 0.0), start=question.walk.start(0.0), step=question.scan_step
     )
-    assert survived(brain, question.protocol, pushed) == found.impulse - found.step
-    assert 0.0 < survived(brain, question.protocol, pushed) <= pushed.limit
+    assert survived(brain, question.walk, pushed, question.scan_step) == found.impulse - found.step
+    assert 0.0 < survived(brain, question.walk, pushed, question.scan_step) <= pushed.limit
 
 
 def effort_with(brain, **moved: float) -> float:
@@ -176,7 +177,14 @@ def test_effort_grows_with_everything_that_moves(quantity: str, robot: sf.Robot)
 def test_a_score_does_not_depend_on_the_threads(question: Question) -> None:
     brain = sf.HybridController(question.robot, (0.5, 0.0))
     one, two = (
-        score(brain, question.protocol, question.seen, question.impulse, workers=workers)
+        score(
+            brain,
+            question.walk,
+            question.seen,
+            question.impulse,
+            question.scan_step,
+            workers=workers,
+        )
         for workers in (1, 3)
     )
     assert one == two
@@ -198,7 +206,7 @@ def test_pushes_scale_with_the_robot(robot: sf.Robot) -> None:
     light = Question(robot.replace(mass=6.8), method="tracking", directions=2, phases=1)
     heavy = Question(robot.replace(mass=68.0), method="tracking", directions=2, phases=1)
     assert heavy.impulse == pytest.approx(10.0 * light.impulse, rel=0.05)
-    assert heavy.protocol.step == pytest.approx(10.0 * light.protocol.step, rel=0.05)
+    assert heavy.scan_step == pytest.approx(10.0 * light.scan_step, rel=0.05)
 
 
 # What is taken

@@ -14,13 +14,15 @@ import numpy as np
 import pytest
 
 import surefoot as sf
-from surefoot.control.methods import METHODS, method
 from surefoot.control.plausibility import GATE, gate_parameters
+from surefoot.control.registry import find_method, methods
 
 ROBOT = sf.load_robot("paper-biped")
 LEG = ROBOT.with_leg(max_speed=3.0, max_acceleration=60.0)
-FAST = [one.key for one in METHODS if not one.slow]
-COMPILED = [key for key in FAST if method(key).controller(ROBOT, (0.3, 0.0)).kernel is not None]
+FAST = [one.key for one in methods() if not one.slow]
+COMPILED = [
+    key for key in FAST if find_method(key).controller(ROBOT, (0.3, 0.0)).kernel is not None
+]
 HELD = sf.Status.HELD
 
 
@@ -87,7 +89,7 @@ def at(times: tuple[float, ...], wrong: Any) -> Any:
 @cache
 def right_walk(key: str, until: float) -> sf.Observation:
     """What is true at the end of a walk with nothing wrong."""
-    return Loop(method(key).controller(ROBOT, (0.3, 0.0))).run(until).observation
+    return Loop(find_method(key).controller(ROBOT, (0.3, 0.0))).run(until).observation
 
 
 def moved(name: str, *by: float) -> Any:
@@ -126,7 +128,7 @@ WRONG: dict[str, Any] = {
 @pytest.mark.parametrize("what", WRONG)
 def test_one_wrong_cycle_fells_nobody(key: str, what: str) -> None:
     """It is held, early, in the middle and late in a step; and later nothing of it is left."""
-    loop = Loop(method(key).controller(ROBOT, (0.3, 0.0)))
+    loop = Loop(find_method(key).controller(ROBOT, (0.3, 0.0)))
     loop.run(4.6, at((1.06, 1.8, 2.495), WRONG[what]))
     assert not loop.fallen
     assert loop.held == 3
@@ -139,7 +141,7 @@ def test_one_wrong_cycle_fells_nobody(key: str, what: str) -> None:
 @pytest.mark.parametrize("what", ["DCM is 1 m off", "elapsed is negative", "lean is NaN"])
 def test_two_hundred_wrong_cycles_leave_nothing_behind(key: str, what: str) -> None:
     """Through touchdowns too: the model walks on for what cannot be seen."""
-    controller = method(key).controller(ROBOT, (0.3, 0.0))
+    controller = find_method(key).controller(ROBOT, (0.3, 0.0))
     begin, end = 1.02, 1.02 + 200 * controller.period
     inner = WRONG[what]
 
@@ -155,7 +157,7 @@ def test_two_hundred_wrong_cycles_leave_nothing_behind(key: str, what: str) -> N
 @pytest.mark.parametrize("key", COMPILED)
 def test_a_clock_is_not_believed_beside_feet_that_are_not(key: str) -> None:
     """Set back, and yet a step that is older: nothing that happens to a robot does both."""
-    controller = method(key).controller(ROBOT, (0.3, 0.0))
+    controller = find_method(key).controller(ROBOT, (0.3, 0.0))
 
     def wrong(seen: sf.Observation) -> sf.Observation:
         if not 1.714 <= seen.time < 1.914:
@@ -172,7 +174,7 @@ def test_a_clock_is_not_believed_beside_feet_that_are_not(key: str) -> None:
 @pytest.mark.parametrize("key", COMPILED)
 def test_a_velocity_that_stands_still_is_not_believed_beside_a_dcm_that_does_not(key: str) -> None:
     """A blow changes both."""
-    controller = method(key).controller(ROBOT, (0.3, 0.0))
+    controller = find_method(key).controller(ROBOT, (0.3, 0.0))
 
     def wrong(seen: sf.Observation) -> sf.Observation:
         if not 1.774 <= seen.time < 1.974:
@@ -189,7 +191,7 @@ def test_a_velocity_that_stands_still_is_not_believed_beside_a_dcm_that_does_not
 @pytest.mark.parametrize("key", FAST)
 def test_a_robot_that_sees_nothing_walks_on(key: str) -> None:
     """No number at all for two seconds: nothing pushes, so the prediction is what happens."""
-    controller = method(key).controller(ROBOT, (0.3, 0.0))
+    controller = find_method(key).controller(ROBOT, (0.3, 0.0))
 
     def blind(seen: sf.Observation) -> sf.Observation:
         array = seen.array.copy()
@@ -206,7 +208,7 @@ def test_a_robot_that_sees_nothing_walks_on(key: str) -> None:
 @pytest.mark.parametrize("epoch", [0.9999999e9, 1.8e9])
 def test_a_clock_may_count_from_any_epoch(key: str, epoch: float) -> None:
     """Unix time; and a clock that passes 1e9 s is not held."""
-    controller = method(key).controller(ROBOT, (0.3, 0.0))
+    controller = find_method(key).controller(ROBOT, (0.3, 0.0))
     push = [sf.Push(start=epoch + 1.1, duration=0.1, force=(100.0, 40.0))]
     loop = Loop.__new__(Loop)
     loop.controller, loop.simulator = controller, sf.LipmSimulator(ROBOT, controller.period, push)
@@ -242,7 +244,7 @@ def test_the_push_observer_does_not_take_the_rounding_of_a_clock_for_a_push() ->
 def test_a_foot_that_does_not_come_down_is_told_to_end_the_step() -> None:
     """The clock of the step goes on to any age, and that is believed."""
     for key in ("hybrid", "step-timing", "unified", "capture-point", "foot-placement-mpc"):
-        controller = method(key).controller(ROBOT, (0.3, 0.0))
+        controller = find_method(key).controller(ROBOT, (0.3, 0.0))
         observation = controller.first_observation(None)
         state, command = controller.start(observation), None
         cycles = round(1.2 / controller.period)
@@ -275,7 +277,7 @@ LEGITIMATE: dict[str, dict[str, Any]] = {
 @pytest.mark.parametrize("case", LEGITIMATE)
 def test_what_can_be_true_is_believed(key: str, case: str) -> None:
     """No cycle of a walk is held whose sensors work, as long as the robot is up."""
-    controller = method(key).controller(ROBOT, (0.3, 0.0))
+    controller = find_method(key).controller(ROBOT, (0.3, 0.0))
     walk = sf.simulate(controller, 3.0, **LEGITIMATE[case])
     down = np.hypot(*(walk.dcm - walk.support_foot).T) > 1.0
     up = len(walk.time) if not down.any() else int(np.argmax(down))
@@ -324,7 +326,7 @@ def test_small_and_large_robots_far_away_are_believed(key: str, length: float) -
     extra = (
         {} if key != "preview-control" else {"preview": 1.6 * time, "input_weight": 1e-6 * time**6}
     )
-    controller = method(key).controller(
+    controller = find_method(key).controller(
         robot, (0.3 * length / time, 0.0), period=0.001 * time, **extra
     )
     loop = Loop(controller)
@@ -339,7 +341,7 @@ def test_small_and_large_robots_far_away_are_believed(key: str, length: float) -
 @pytest.mark.parametrize("key", COMPILED)
 def test_another_origin_is_believed_after_a_few_cycles(key: str) -> None:
     """The whole world is shown elsewhere, and stays there; so is a clock that was set."""
-    controller = method(key).controller(ROBOT, (0.3, 0.0))
+    controller = find_method(key).controller(ROBOT, (0.3, 0.0))
     loop = Loop(controller).run(1.2)
     begun = loop.observation.time
     loop.observation = elsewhere(loop.observation, 0.4, -0.3).replace(time=begun - 1.0)
@@ -357,7 +359,7 @@ PROGRAMS = ["linear-mpc", "foot-placement-mpc", "ankle-hip-step-mpc", "timing-nl
 @pytest.mark.parametrize("key", PROGRAMS)
 @pytest.mark.parametrize("yaw", [0.4, -1.2, math.pi / 2])
 def test_the_zmp_stays_in_a_sole_that_is_turned(key: str, yaw: float) -> None:
-    controller = method(key).controller(ROBOT, (0.3, 0.0))
+    controller = find_method(key).controller(ROBOT, (0.3, 0.0))
     half = np.array(ROBOT.foot.half)
     turn = np.array([[math.cos(yaw), math.sin(yaw)], [-math.sin(yaw), math.cos(yaw)]])
     outside = 0
@@ -390,10 +392,10 @@ def test_weights_of_which_only_one_counts_are_refused(kind, arguments, message: 
         kind(ROBOT, (0.3, 0.0), **arguments)
 
 
-@pytest.mark.parametrize("key", [one.key for one in METHODS])
+@pytest.mark.parametrize("key", [one.key for one in methods()])
 def test_a_period_with_which_no_step_can_be_controlled_is_refused(key: str) -> None:
     with pytest.raises(sf.ParameterError, match=r"`period` of at most 0.05 \[s\]: a step lasts"):
-        method(key).controller(ROBOT, (0.3, 0.0), period=5.0)
+        find_method(key).controller(ROBOT, (0.3, 0.0), period=5.0)
 
 
 def test_a_gain_that_overshoots_in_one_period_is_refused() -> None:
@@ -405,7 +407,7 @@ def test_a_gain_that_overshoots_in_one_period_is_refused() -> None:
 def test_a_leg_that_is_late_in_every_step_is_refused_where_it_is_known(key: str) -> None:
     crawling = ROBOT.with_leg(max_speed=0.001)
     with pytest.raises(sf.SurefootError, match="leg"):
-        method(key).controller(crawling, (0.3, 0.0))
+        find_method(key).controller(crawling, (0.3, 0.0))
 
 
 @pytest.mark.parametrize("name", [*COMPILED, "unified, leg", "hybrid, leg", "footholds"])

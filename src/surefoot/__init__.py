@@ -12,7 +12,6 @@ from surefoot import errors, version
 
 if TYPE_CHECKING:
     from surefoot.control.capture_point import CapturePointStepping
-    from surefoot.control.dcm_tracking import DcmTracking
     from surefoot.control.estimator import Estimator
     from surefoot.control.foothold_tracking import FootholdTracking
     from surefoot.control.hybrid import HybridController
@@ -23,6 +22,7 @@ if TYPE_CHECKING:
     from surefoot.control.settings import load_settings
     from surefoot.control.step_timing import StepTiming
     from surefoot.control.timing_nlp import TimingNlp
+    from surefoot.control.tracking import DcmTracking
     from surefoot.control.unified.controller import UnifiedController
     from surefoot.control.unified.problem import Decision, Limit
     from surefoot.dcm.causal_limit import causal_push_limit
@@ -79,7 +79,7 @@ _HOMES = {
     "worlds.body.controller": ("BodyControl",),
     "worlds.body.gait": ("body_control", "body_controller", "walking_robot"),
     "control.capture_point": ("CapturePointStepping",),
-    "control.dcm_tracking": ("DcmTracking",),
+    "control.tracking": ("DcmTracking",),
     "control.foothold_tracking": ("FootholdTracking",),
     "control.hybrid": ("HybridController",),
     "worlds.body.inverse_dynamics": ("InverseDynamics",),

@@ -54,13 +54,14 @@ def entry_point(kernel: Any, *dtypes: Any) -> Callable[..., None]:
 
     Args:
         kernel: made by `njit`.
-        *dtypes: of the arrays that it is called with, one for each argument; or Numba's type of an
-            argument that is none of these, such as `numba.float64[:, ::1]`.
+        *dtypes: of the arrays that it is called with, one for each argument, or their classes of
+            records; or Numba's type of an argument that is none of these, such as
+            `numba.float64[:, ::1]`.
     """
     signature = tuple(
         kind
         if isinstance(kind, numba.types.Type)
-        else numba.types.Array(numba.from_dtype(kind), 1, "C")
+        else numba.types.Array(numba.from_dtype(getattr(kind, "DTYPE", kind)), 1, "C")
         for kind in dtypes
     )
     kernel.compile(signature)

@@ -11,47 +11,11 @@ from enum import IntEnum, IntFlag
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from surefoot.record import Record, fill
+from surefoot.record import Record, Vector2, Vector3, field
 from surefoot.robot.feet import Side
 from surefoot.robot.robot import Robot
-
-OBSERVATION = np.dtype(
-    [
-        ("time", "f8"),
-        ("elapsed", "f8"),
-        ("com", "f8", (2,)),
-        ("com_velocity", "f8", (2,)),
-        ("dcm", "f8", (2,)),
-        ("support_foot", "f8", (2,)),
-        ("swing_foot", "f8", (3,)),
-        ("swing_foot_velocity", "f8", (3,)),
-        ("support_yaw", "f8"),
-        ("swing_yaw", "f8"),
-        ("trunk_lean", "f8", (2,)),
-        ("trunk_lean_velocity", "f8", (2,)),
-        ("support_side", "i8"),
-    ],
-)
-
-COMMAND = np.dtype(
-    [
-        ("zmp", "f8", (2,)),
-        ("dcm_plan", "f8", (2,)),
-        ("step_location", "f8", (2,)),
-        ("step_duration", "f8"),
-        ("dcm_offset", "f8", (2,)),
-        ("swing_foot", "f8", (3,)),
-        ("swing_foot_velocity", "f8", (3,)),
-        ("swing_foot_acceleration", "f8", (3,)),
-        ("swing_yaw", "f8"),
-        ("hip_torque", "f8", (2,)),
-        ("double_support", "i8"),
-        ("mode", "i8"),
-        ("status", "i8"),
-    ],
-)
 
 
 class Mode(IntEnum):
@@ -85,105 +49,58 @@ class Status(IntFlag):
 
 
 class Observation(Record):
-    """What a controller is told in every cycle.
+    """What a controller is given in every cycle."""
 
-    Args:
-        time: now, of any epoch: only differences count [s].
-        elapsed: since the last touchdown [s].
-        com: centre of mass (x, y) [m].
-        com_velocity: its velocity (x, y) [m/s].
-        dcm: divergent component of motion (x, y) [m].
-        support_foot: centre of the sole on the ground (x, y) [m].
-        support_side: which foot that is.
-        swing_foot: centre of the sole in the air (x, y, z over the ground) [m].
-        swing_foot_velocity: its velocity [m/s].
-        support_yaw: heading of the sole on the ground, counter-clockwise from x [rad].
-        swing_yaw: heading of the other sole [rad].
-        trunk_lean: how far the trunk leans towards x and y [rad].
-        trunk_lean_velocity: and how fast [rad/s].
-    """
-
-    __slots__ = ()
-    DTYPE = OBSERVATION
-    time: float
-    elapsed: float
-    com: NDArray[np.float64]
-    com_velocity: NDArray[np.float64]
-    dcm: NDArray[np.float64]
-    support_foot: NDArray[np.float64]
-    swing_foot: NDArray[np.float64]
-    swing_foot_velocity: NDArray[np.float64]
-    support_yaw: float
-    swing_yaw: float
-    trunk_lean: NDArray[np.float64]
-    trunk_lean_velocity: NDArray[np.float64]
-
-    @property
-    def support_side(self) -> Side:
-        """Which foot is on the ground."""
-        return Side(int(self.array["support_side"][0]))
-
-    def __init__(
-        self,
-        *,
-        time: float,
-        elapsed: float,
-        com: ArrayLike,
-        com_velocity: ArrayLike,
-        dcm: ArrayLike,
-        support_foot: ArrayLike,
-        support_side: Side,
-        swing_foot: ArrayLike,
-        swing_foot_velocity: ArrayLike = (0.0, 0.0, 0.0),
-        support_yaw: float = 0.0,
-        swing_yaw: float = 0.0,
-        trunk_lean: ArrayLike = (0.0, 0.0),
-        trunk_lean_velocity: ArrayLike = (0.0, 0.0),
-    ) -> None:
-        fill(self, locals())
+    time: float = field("s", "now, of any epoch: only differences count")
+    elapsed: float = field("s", "since the last touchdown")
+    com: Vector2 = field("m", "centre of mass (x, y)")
+    com_velocity: Vector2 = field("m/s", "its velocity (x, y)")
+    dcm: Vector2 = field("m", "divergent component of motion (x, y)")
+    support_foot: Vector2 = field("m", "centre of the sole on the ground (x, y)")
+    swing_foot: Vector3 = field("m", "centre of the sole in the air (x, y, z over the ground)")
+    swing_foot_velocity: Vector3 = field("m/s", "its velocity", default=(0.0, 0.0, 0.0))
+    support_yaw: float = field(
+        "rad", "heading of the sole on the ground, counter-clockwise from x", default=0.0
+    )
+    swing_yaw: float = field("rad", "heading of the other sole", default=0.0)
+    trunk_lean: Vector2 = field(
+        "rad", "how far the trunk leans towards x and y", default=(0.0, 0.0)
+    )
+    trunk_lean_velocity: Vector2 = field("rad/s", "and how fast", default=(0.0, 0.0))
+    support_side: Side = field("", "which foot is on the ground")
 
 
 class Command(Record):
-    """What a controller wants of the robot until the next cycle.
+    """What a controller wants of the robot until the next cycle."""
 
-    Attributes:
-        zmp: where the ground should push (x, y) [m].
-        dcm_plan: DCM of the planned, periodic gait now (x, y) [m].
-        step_location: where the swing foot should land (x, y) [m].
-        step_duration: TOTAL duration of the current step since touchdown [s].
-        dcm_offset: DCM expected at landing, relative to the landing foot (x, y) [m].
-        swing_foot: where the swing foot should be one period from now, or at landing if that
-            comes first (x, y, z) [m].
-        swing_foot_velocity: likewise [m/s].
-        swing_foot_acceleration: likewise [m/s^2].
-        swing_yaw: heading of the swing foot, likewise [rad].
-        hip_torque: on the trunk, leaning it towards x and y; the CoM is pushed the other way [N m].
-        double_support: 1 while the other foot is on the ground too and shares the load.
-    """
+    zmp: Vector2 = field("m", "where the ground should push (x, y)")
+    dcm_plan: Vector2 = field("m", "DCM of the planned, periodic gait now (x, y)")
+    step_location: Vector2 = field("m", "where the swing foot should land (x, y)")
+    step_duration: float = field("s", "TOTAL duration of the current step since touchdown")
+    dcm_offset: Vector2 = field(
+        "m", "DCM expected at landing, relative to the landing foot (x, y)", default=(0.0, 0.0)
+    )
+    swing_foot: Vector3 = field(
+        "m",
+        "where the swing foot should be one period from now, or at landing if that comes first "
+        "(x, y, z)",
+    )
+    swing_foot_velocity: Vector3 = field("m/s", "likewise", default=(0.0, 0.0, 0.0))
+    swing_foot_acceleration: Vector3 = field("m/s^2", "likewise", default=(0.0, 0.0, 0.0))
+    swing_yaw: float = field("rad", "heading of the swing foot, likewise", default=0.0)
+    hip_torque: Vector2 = field(
+        "N m",
+        "on the trunk, leaning it towards x and y; the CoM is pushed the other way",
+        default=(0.0, 0.0),
+    )
+    double_support: int = field(
+        "", "1 while the other foot is on the ground too and shares the load", default=0
+    )
+    mode: Mode = field("", "which part of the controller is at work", default=Mode.TRACKING)
+    status: Status = field("", "what the decision could not keep", default=Status.OK)
 
-    __slots__ = ()
-    DTYPE = COMMAND
-    zmp: NDArray[np.float64]
-    dcm_plan: NDArray[np.float64]
-    step_location: NDArray[np.float64]
-    step_duration: float
-    dcm_offset: NDArray[np.float64]
-    swing_foot: NDArray[np.float64]
-    swing_foot_velocity: NDArray[np.float64]
-    swing_foot_acceleration: NDArray[np.float64]
-    swing_yaw: float
-    hip_torque: NDArray[np.float64]
-    double_support: int
 
-    @property
-    def mode(self) -> Mode:
-        """Which part of the controller is at work."""
-        return Mode(int(self.array["mode"][0]))
-
-    @property
-    def status(self) -> Status:
-        """What the decision could not keep."""
-        return Status(int(self.array["status"][0]))
+OBSERVATION, COMMAND = Observation.DTYPE, Command.DTYPE
 
 
 @runtime_checkable

@@ -20,6 +20,21 @@ robot_option = click.option(
     metavar="NAME|FILE.toml",
     help="A preset (see `surefoot robots`) or your own file.",
 )
+
+
+class _MethodOption(click.Option):
+    """An option whose help lists the methods that are installed: looked up when help is shown."""
+
+    def get_help_record(self, ctx: click.Context) -> tuple[str, str] | None:
+        from surefoot.control.registry import method_names
+
+        self.help = f"What decides: {', '.join(method_names())}; or module:Class."
+        return super().get_help_record(ctx)
+
+
+controller_option = click.option(
+    "--controller", default="unified", show_default=True, metavar="METHOD", cls=_MethodOption
+)
 settings_option = click.option(
     "--settings",
     type=click.Path(path_type=Path),

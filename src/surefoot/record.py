@@ -1,27 +1,185 @@
-"""A value that lives in one record of a NumPy structured array.
+"""A value that lives in one record of a NumPy structured array, and is declared field by field.
 
-Compiled kernels read and write such records without conversion; people read them by attribute.
+Compiled kernels read and write such records without conversion; people read them by attribute:
+
+    class Landing(Record):
+        \"\"\"A step that has ended.\"\"\"
+
+        time: float = field("s", "time of the touchdown")
+        offset: Vector2 = field("m", "DCM relative to the foot that has landed (x, y)")
+        adapted: bool = field("", "whether the step was not the nominal one", default=False)
+
+The one line of a field gives the dtype `Landing.DTYPE` that kernels are compiled for, in the order
+of the lines, the keyword of `Landing(time=..., offset=...)`, the type that `landing.time` has for a
+type checker, and the line in the docstring.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from typing import Any, ClassVar, Self
+import textwrap
+import typing
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, replace
+from inspect import Parameter, Signature, cleandoc
+from typing import Annotated, Any, ClassVar, Self, dataclass_transform
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
+
+from surefoot.errors import ParameterError
+
+REQUIRED: Any = Parameter.empty
+"""The default of a field that has none: its keyword cannot be left out."""
 
 
+class Array:
+    """The type of a field that holds several numbers or records: `shape` says how many."""
+
+    def __get__(self, owner: object, kind: Any) -> NDArray[Any]:
+        raise NotImplementedError("every field of a record is read by a property of its own")
+
+    def __set__(self, owner: object, value: ArrayLike) -> None:
+        raise NotImplementedError("a record is a value")
+
+
+Vector2 = Annotated[Array, (2,)]
+"""The type of a field with two numbers (x, y)."""
+
+Vector3 = Annotated[Array, (3,)]
+"""The type of a field with three numbers (x, y, z)."""
+
+
+@dataclass(frozen=True)
+class Field:
+    """What a record says about one of its values; made by `field`."""
+
+    unit: str
+    words: str
+    default: Any
+    shape: tuple[int, ...]
+    kind: Any
+
+    def annotated(self, name: str, annotation: Any) -> Field:
+        """The field with the kind and the shape of its annotation."""
+        if annotation is Array:
+            return self
+        if typing.get_origin(annotation) is Annotated:
+            return replace(self, shape=annotation.__metadata__[0])
+        if not isinstance(annotation, type):
+            raise ParameterError(
+                f"an annotation of the field `{name}`",
+                repr(annotation),
+                "write float, int, bool, an enumeration, a class of records, or an Array",
+            )
+        return replace(self, kind=annotation)
+
+    @property
+    def format(self) -> Any:
+        """How one value is stored."""
+        if issubclass(self.kind, Record):
+            return self.kind.DTYPE
+        return {float: "f8", bool: "?"}.get(self.kind, "i8")
+
+    def reader(self, name: str) -> Callable[[Record], Any]:
+        """The function that reads the field of a record."""
+        kind = self.kind
+
+        def several(record: Record) -> NDArray[Any]:
+            value = record.array[name][0]
+            value.setflags(write=False)
+            return value
+
+        if self.shape:
+            return several
+        if issubclass(kind, Record):
+            return lambda record: kind.of(record.array[name])
+        if kind in (float, int, bool):
+            return lambda record: record.array[name].item()
+        return lambda record: kind(record.array[name].item())
+
+    def documented(self, name: str) -> str:
+        """The field's line in the docstring of its record."""
+        unit = f" [{self.unit}]" if self.unit else ""
+        line = f"{name}: {self.words}{unit}."
+        return textwrap.fill(line, 100, initial_indent=" " * 4, subsequent_indent=" " * 8)
+
+
+def field(
+    unit: str,
+    words: str,
+    *,
+    default: Any = REQUIRED,
+    shape: int | tuple[int, ...] = (),
+    kind: Any = float,
+) -> Any:
+    """Declare a field of a record.
+
+    Args:
+        unit: SI, as in docstrings; "-" for a number without one, "" for what is no quantity.
+        words: what it is, for the docstring.
+        default: for a keyword that may be left out.
+        shape: of an `Array`.
+        kind: of what an `Array` holds: `float`, `int`, `bool`, or another class of records.
+    """
+    return Field(unit, words, default, (shape,) if isinstance(shape, int) else shape, kind)
+
+
+@dataclass_transform(kw_only_default=True, frozen_default=True, field_specifiers=(field,))
 class Record:
     """An immutable view on a structured array of shape (1,).
 
-    Subclasses set `DTYPE` and annotate its fields. Scalars are read as numbers, vectors as
-    read-only arrays. `Subclass.of(array)` wraps an array without a copy or a check.
+    Subclasses declare one `field` a line, see above. Their annotation is `float`, `int`, `bool`, an
+    enumeration, `Vector2`, `Vector3` or `Array`, or another class of records. Numbers are read as
+    numbers, several of them as a read-only array, a record as a record.
+    `Subclass.of(array)` wraps an array without a copy or a check.
     """
 
     __slots__ = ("array",)
+    FIELDS: ClassVar[Mapping[str, Field]] = {}
     DTYPE: ClassVar[np.dtype[np.void]]
+    _DEFAULTS: ClassVar[Mapping[str, Any]] = {}
+    _NESTS: ClassVar[bool]
+    __signature__: ClassVar[Signature]
     array: NDArray[np.void]
+
+    def __init_subclass__(cls) -> None:
+        hints = typing.get_type_hints(cls, include_extras=True)
+        own = {name: it for name, it in vars(cls).items() if isinstance(it, Field)}
+        cls.FIELDS = {name: it.annotated(name, hints.get(name)) for name, it in own.items()}
+        cls.DTYPE = np.dtype([(name, it.format, it.shape) for name, it in cls.FIELDS.items()])
+        cls._DEFAULTS = {
+            name: it.default for name, it in cls.FIELDS.items() if it.default is not REQUIRED
+        }
+        cls._NESTS = any(issubclass(it.kind, Record) for it in cls.FIELDS.values())
+        cls.__signature__ = Signature(
+            [
+                Parameter(name, Parameter.KEYWORD_ONLY, default=it.default)
+                for name, it in cls.FIELDS.items()
+            ]
+        )
+        first, raises, rest = cleandoc(cls.__doc__ or "").partition("Raises:")
+        lines = [it.documented(name) for name, it in cls.FIELDS.items()]
+        cls.__doc__ = "\n".join([first.rstrip(), "", "Args:", *lines, "", raises + rest]).rstrip()
+        for name, it in cls.FIELDS.items():
+            setattr(cls, name, property(it.reader(name), doc=it.words))
+
+    def __init__(self, **values: Any) -> None:
+        given = {**self._DEFAULTS, **values}
+        try:
+            row = tuple([given[name] for name in self.FIELDS])
+        except KeyError:
+            row = ()
+        if len(row) != len(given):
+            # Says which keyword is missing or unknown.
+            self.__signature__.bind(**values)
+        set_array(self, self._made_of(row))
+
+    @classmethod
+    def _made_of(cls, row: tuple[Any, ...]) -> NDArray[np.void]:
+        """The array of a new record, from its values in the order of the fields."""
+        array = new_array(cls.DTYPE)
+        array[0] = tuple([_plain(value) for value in row]) if cls._NESTS else row
+        return array
 
     @classmethod
     def of(cls, array: NDArray[np.void]) -> Self:
@@ -29,15 +187,6 @@ class Record:
         record = _new(cls)
         set_array(record, array)
         return record
-
-    def __getattr__(self, name: str) -> Any:
-        if name not in (self.DTYPE.names or ()):
-            raise AttributeError(f"{type(self).__name__} has no field {name!r}")
-        value = self.array[name][0]
-        if isinstance(value, np.ndarray):
-            value.flags.writeable = False
-            return value
-        return value.item()
 
     def __setattr__(self, name: str, value: Any) -> None:
         raise AttributeError(
@@ -48,7 +197,7 @@ class Record:
         """A copy with some fields changed."""
         array = copy_array(self.array)
         for name, value in changes.items():
-            array[name] = value
+            array[name] = _plain(value)
         return type(self).of(array)
 
     def __eq__(self, other: object) -> bool:
@@ -59,7 +208,7 @@ class Record:
 
     def __repr__(self) -> str:
         # As stored: a record with a broken field must still be able to show itself.
-        values = zip(self.DTYPE.names or (), self.array[0].tolist(), strict=True)
+        values = zip(self.FIELDS, self.array[0].tolist(), strict=True)
         fields = ", ".join(f"{name}={value!r}" for name, value in values)
         return f"{type(self).__name__}({fields})"
 
@@ -68,12 +217,9 @@ set_array = Record.__dict__["array"].__set__
 _new = object.__new__
 
 
-def fill(record: Record, values: Mapping[str, Any]) -> None:
-    """Give a new record its array, each field from the value of the same name."""
-    array = new_array(record.DTYPE)
-    for name in record.DTYPE.names or ():
-        array[name][0] = values[name]
-    set_array(record, array)
+def _plain(value: Any) -> Any:
+    """What NumPy can put into a field."""
+    return value.array if isinstance(value, Record) else value
 
 
 def new_array(dtype: np.dtype[np.void]) -> NDArray[np.void]:

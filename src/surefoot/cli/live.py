@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from surefoot.cli.serving import host_option, open_option, port_option, serve_page
-from surefoot.options import compiling_notice, robot_option
+from surefoot.options import compiling_notice, controller_option, robot_option
 
 if TYPE_CHECKING:
     from surefoot.live.controls import Menu
@@ -27,13 +27,7 @@ if TYPE_CHECKING:
     metavar="VX VY",
     help="Forward and to the left [m/s].",
 )
-@click.option(
-    "--controller",
-    default="unified",
-    show_default=True,
-    metavar="NAME",
-    help="As of `surefoot walk`.",
-)
+@controller_option
 @click.option(
     "--ghost",
     default="",
@@ -106,10 +100,10 @@ def make_walk(choice: Choice, key: str, steering: Steering) -> Walk:
 
 
 def _point(robot: Any, key: str, steering: Steering) -> Walk:
-    from surefoot.control.methods import method
+    from surefoot.control.registry import find_method
     from surefoot.worlds.point.steered import SteeredPoint
 
-    return SteeredPoint(method(key).controller(robot, steering.velocity))
+    return SteeredPoint(find_method(key).controller(robot, steering.velocity))
 
 
 def _body(robot: Any, key: str, steering: Steering) -> Walk:
@@ -146,11 +140,11 @@ def live_menu(choice: Choice) -> Menu:
     """What there is to choose from, with a file of the command line."""
     from importlib.util import find_spec
 
-    from surefoot.control.methods import METHODS
+    from surefoot.control.registry import methods
     from surefoot.live.controls import Menu
     from surefoot.robot.robot import preset_names
 
-    quick = [one for one in METHODS if not one.slow]
+    quick = [one for one in methods() if not one.slow]
     controllers = {
         "lipm": [one.key for one in quick],
         "mujoco": [one.key for one in quick if not one.leans],

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 import sys
-from dataclasses import fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,6 +14,7 @@ from surefoot.errors import ParameterError
 from surefoot.options import (
     check_plotting,
     compiling_notice,
+    controller_option,
     given,
     json_option,
     print_json,
@@ -32,22 +32,6 @@ RECOVERED, FELL = 0, 1
 
 BODY_VELOCITY, BODY_DURATION = (0.3, 0.0), 10.0
 """Of a walk in physics, unless it is told [m/s, s]."""
-
-METHODS = (
-    "unified",
-    "hybrid",
-    "tracking",
-    "tracking-stiff",
-    "preview-control",
-    "linear-mpc",
-    "capture-point",
-    "foot-placement-mpc",
-    "foot-placement-mpc-100ms",
-    "ankle-hip-step-mpc",
-    "step-timing",
-    "timing-nlp",
-)
-"""The keys of `control.methods`, here too so that `--help` need not load them; a test compares."""
 
 OPTION_OF = {"project_zmp": "--unprojected", "double_support": "--double-support"}
 
@@ -76,14 +60,7 @@ OPTION_OF = {"project_zmp": "--unprojected", "double_support": "--double-support
     metavar="FILE.csv|.toml",
     help="Walk over these footholds instead of at a velocity, by tracking; then step in place.",
 )
-@click.option(
-    "--controller",
-    type=click.Choice(METHODS),
-    default="unified",
-    show_default=True,
-    metavar="METHOD",
-    help=f"What decides: {', '.join(METHODS)}.",
-)
+@controller_option
 @settings_option
 @click.option(
     "--simulator",
@@ -300,18 +277,18 @@ def parse_change(text: str) -> tuple[float, float, float]:
 def _controller(
     name: str, robot: Robot, velocity: tuple[float, float], **parameters: Any
 ) -> Controller:
-    from surefoot.control.methods import METHODS as ALL
-    from surefoot.control.methods import method
+    from surefoot.control.registry import find_method, methods
 
+    chosen = find_method(name)
     for parameter in OPTION_OF.keys() & parameters:
-        able = [one.key for one in ALL if parameter in {f.name for f in fields(one.make)}]
-        if name not in able:
+        if not chosen.takes(parameter):
+            able = [one.key for one in methods() if one.takes(parameter)]
             raise ParameterError(
                 f"{OPTION_OF[parameter]} with a controller that knows it ({', '.join(able)})",
                 f"--controller {name}",
                 "leave the option out, or choose another controller",
             )
-    return method(name).controller(robot, velocity, **parameters)
+    return chosen.controller(robot, velocity, **parameters)
 
 
 def _foothold_controller(path: Path, robot: Robot, **parameters: Any) -> Controller:

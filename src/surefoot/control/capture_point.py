@@ -12,39 +12,32 @@ steps only for what the sole cannot do, and one step ends an error, as long as i
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass, field, replace
-from functools import cache
-from typing import Self
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from surefoot.compiled import entry_point, njit
-from surefoot.control.belief import hold, look, mark
-from surefoot.control.cycle import command_swing, growth_since_touchdown, side_index
-from surefoot.control.dcm_tracking import (
-    NO_GAIN,
-    TRACKING_STATE,
-    check_tracking,
-    first_plan,
-    tracking_parameters,
-)
-from surefoot.control.tracking_law import (
+from surefoot.compiled import njit
+from surefoot.control.base import CompiledController
+from surefoot.control.belief import hold, look
+from surefoot.control.cycle import growth_since_touchdown, side_index
+from surefoot.control.fields import setting
+from surefoot.control.registry import method
+from surefoot.control.tracking import (
     EDGE_TOLERANCE,
+    NO_GAIN,
     TRACKING,
+    TRACKING_STATE,
     begin_plan,
+    end_cycle,
     follow_plan,
     plan_landing,
+    tracking_parameters,
 )
-from surefoot.dcm.nominal_gait import NominalGait, nominal_gait
 from surefoot.dcm.pendulum import dcm_flow
 from surefoot.dcm.support import nearest_under_foot
 from surefoot.geometry import length
-from surefoot.interface import OBSERVATION, Command, Mode, Observation, Status
-from surefoot.record import new_array
-from surefoot.robot.feet import Side
-from surefoot.robot.robot import Robot
+from surefoot.interface import Mode, Status
 
 _ADAPTING = int(Mode.ADAPTING)
 _NO_TIME_LEFT = int(Status.NO_TIME_LEFT)
@@ -99,17 +92,7 @@ def capture_cycle(parameters, state, observation, next_state):
     growth = growth_since_touchdown(parameters.omega, observation.elapsed)
     follow_plan(parameters, observation, growth, plan, command)
     capture(parameters, observation, plan, command)
-    command_swing(
-        parameters.swing,
-        observation,
-        (0.0, command.step_duration),
-        parameters.landing_yaw,
-        state.command,
-        plan.phase,
-        new_step,
-        command,
-    )
-    mark(next_state)
+    end_cycle(parameters, (0.0, command.step_duration), new_step, state, next_state)
 
 
 @njit
@@ -117,74 +100,39 @@ def _capture_step(parameters, state, observation, next_state):
     capture_cycle(parameters[0], state[0], observation[0], next_state[0])
 
 
-@cache
-def _compiled() -> Callable[..., None]:
-    return entry_point(_capture_step, TRACKING, TRACKING_STATE, OBSERVATION, TRACKING_STATE)
-
-
+@method(
+    "capture-point",
+    label="capture-point stepping",
+    source="Pratt et al. 2006; Koolen et al. 2012",
+    adapts="ZMP, step location",
+    cannot="steps at fixed times; clips a landing to the step box only, and the leg may come short",
+    cites=("Pratt2006", "Koolen2012"),
+    order=40,
+)
 @dataclass(frozen=True)
-class CapturePointStepping:
+class CapturePointStepping(
+    CompiledController,
+    cycle=capture_cycle,
+    arrays=_capture_step,
+    parameters=TRACKING,
+    state=TRACKING_STATE,
+):
     """Steps at fixed times onto the capture point; the ZMP does what it can inside the sole.
-
-    Args:
-        robot: whose gait it is.
-        velocity: commanded (v_x, v_y) [m/s].
-        ankle: whether the ZMP moves inside the sole; False is the point foot of [Pratt2006].
-        step_duration: T_nom, chosen from the velocity if None [s].
-        period: control period [s].
 
     Raises:
         VelocityError: the velocity cannot be walked.
         ParameterError: another argument is out of range.
     """
 
-    robot: Robot
-    velocity: tuple[float, float]
-    ankle: bool = True
-    step_duration: float | None = None
-    period: float = 0.001
-    gait: NominalGait = field(init=False, repr=False)
-    parameters: NDArray[np.void] = field(init=False, repr=False, compare=False)
+    ankle: bool = setting(
+        True, "", "whether the ZMP moves inside the sole; False is the point foot of [Pratt2006]"
+    )
 
-    def __post_init__(self) -> None:
-        check_tracking(self.robot, None, 0.0, self.period)
-        gait = nominal_gait(self.robot, self.velocity, self.step_duration)
-        object.__setattr__(self, "gait", gait)
-        object.__setattr__(self, "velocity", gait.velocity)
-        # Records and plan are those of tracking, whose gain this law has no use for.
-        parameters = tracking_parameters(self.robot, gait, NO_GAIN, self.ankle, 0.0, self.period)
+    def make_parameters(self) -> NDArray[np.void]:
+        """The `TRACKING` record: the plan is that of tracking, whose gain is not used."""
+        parameters = tracking_parameters(
+            self.robot, self.gait, NO_GAIN, self.ankle, 0.0, self.period
+        )
         if not self.ankle:
             parameters["half_foot"] = 0.0
-        object.__setattr__(self, "parameters", parameters)
-        _compiled()  # Now rather than in the first control cycle.
-
-    @property
-    def kernel(self) -> Callable[..., None]:
-        """The compiled cycle over records."""
-        return capture_cycle
-
-    def first_observation(self, support_side: Side | None = None) -> Observation:
-        """What a robot on the nominal gait observes at a touchdown; right foot first by default."""
-        return self.gait.observation(Side.RIGHT if support_side is None else support_side)
-
-    def start(self, observation: Observation) -> NDArray[np.void]:
-        """The state before the first cycle.
-
-        Raises:
-            ParameterError: the observation is not finite.
-        """
-        state = new_array(TRACKING_STATE)
-        first_plan(self.gait, observation, state)
-        return state
-
-    def step(
-        self, state: NDArray[np.void], observation: Observation
-    ) -> tuple[Command, NDArray[np.void]]:
-        """One cycle: what to do now, and the state for the next cycle."""
-        next_state = new_array(TRACKING_STATE)
-        _compiled()(self.parameters, state, observation.array, next_state)
-        return Command.of(next_state["command"]), next_state
-
-    def with_velocity(self, velocity: tuple[float, float]) -> Self:
-        """The same controller for another velocity; the state carries over."""
-        return replace(self, velocity=velocity)
+        return parameters

@@ -5,32 +5,32 @@ The same cycle as `DcmTracking`, with the parameters of the step under way.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
-from functools import cache
 from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from surefoot.compiled import entry_point, njit
+from surefoot.compiled import njit
+from surefoot.control.base import CompiledController
 from surefoot.control.belief import hold, look
 from surefoot.control.cycle import side_index
-from surefoot.control.dcm_tracking import (
+from surefoot.control.defaults import DCM_GAIN
+from surefoot.control.fields import described, documented, setting
+from surefoot.control.tracking import (
+    TRACKING,
     TRACKING_STATE,
-    check_tracking,
-    first_plan,
+    check_double_support,
+    check_gain,
     track_step,
     tracking_parameters,
 )
-from surefoot.control.defaults import DCM_GAIN, fill_in, filled
-from surefoot.control.tracking_law import TRACKING
 from surefoot.dcm.foothold_plan import plan_footholds
 from surefoot.dcm.footholds import Foothold, check_footholds
 from surefoot.dcm.nominal_gait import NominalGait, nominal_gait
 from surefoot.errors import ParameterError
-from surefoot.interface import OBSERVATION, Command, Observation
-from surefoot.record import new_array
+from surefoot.interface import Observation
 from surefoot.robot.feet import Side
 from surefoot.robot.robot import Robot
 
@@ -48,53 +48,58 @@ def _foothold_step(parameters, state, observation, next_state):
     track_step(parameters[step], state[0], next_state[0])
 
 
-@cache
-def _compiled() -> Callable[..., None]:
-    return entry_point(_foothold_step, TRACKING, TRACKING_STATE, OBSERVATION, TRACKING_STATE)
-
-
+@documented
 @dataclass(frozen=True)
-class FootholdTracking:
+class FootholdTracking(
+    CompiledController, arrays=_foothold_step, parameters=TRACKING, state=TRACKING_STATE
+):
     """Footholds as given; disturbances are met by the ZMP alone. Then it steps in place.
 
-    Args:
-        robot: whose limits hold.
-        footholds: from `load_footholds`, or made by hand; the first two are the feet that stand.
-        dcm_gain: K_f, rate at which an error decays; 0.857 omega if None [1/s].
-        project_zmp: keep the ZMP inside the support polygon.
-        double_support: fraction of a step for which both feet share the load.
-        period: control period [s].
+    Its parameters are a table with a row for each step, so it walks alone and not in a batch.
 
     Raises:
         FootholdError: the robot cannot step on them.
         ParameterError: another argument is out of range.
     """
 
-    robot: Robot
-    footholds: Sequence[Foothold]
-    dcm_gain: float | None = None
-    project_zmp: bool = True
-    double_support: float = 0.0
-    period: float = 0.001
-    gait: NominalGait = field(init=False, repr=False)
-    parameters: NDArray[np.void] = field(init=False, repr=False, compare=False)
+    robot: Robot = field(metadata=described("whose limits hold"))
+    velocity: tuple[float, float] = field(init=False, repr=False)
+    step_duration: float | None = field(init=False, repr=False, default=None)
+    footholds: Sequence[Foothold] = field(
+        metadata=described(
+            "from `load_footholds`, or made by hand; the first two are the feet that stand"
+        )
+    )
+    dcm_gain: float | None = setting(
+        None, "1/s", "K_f, rate at which an error decays; 0.857 omega if None", above=0.0
+    )
+    project_zmp: bool = setting(True, "", "keep the ZMP inside the support polygon")
+    double_support: float = setting(
+        0.0, "-", "fraction of a step for which both feet share the load", least=0.0
+    )
 
-    def __post_init__(self) -> None:
-        check_tracking(self.robot, self.dcm_gain, self.double_support, self.period)
-        fill_in(self, dcm_gain=DCM_GAIN * self.robot.omega)
+    def check(self) -> None:
+        """Refuse footholds on which the robot cannot step, and what `DcmTracking` refuses."""
+        check_gain(self.dcm_gain, self.period)
+        check_double_support(self.double_support)
         object.__setattr__(self, "footholds", tuple(self.footholds))
         check_footholds(self.footholds, self.robot, "footholds")
-        object.__setattr__(self, "gait", nominal_gait(self.robot, (0.0, 0.0)))
-        object.__setattr__(self, "parameters", self._rows())
-        _compiled()  # Now rather than in the first control cycle.
 
-    def _rows(self) -> NDArray[np.void]:
+    def make_gait(self) -> NominalGait:
+        """That of stepping in place, with which the walk ends."""
+        return nominal_gait(self.robot, (0.0, 0.0))
+
+    def defaults(self) -> dict[str, float]:
+        """K_f."""
+        return {"dcm_gain": DCM_GAIN * self.robot.omega}
+
+    def make_parameters(self) -> NDArray[np.void]:
         """`TRACKING` records, one for each step, and two for stepping in place for ever."""
         steps = plan_footholds(self.footholds, self.gait)
         common = tracking_parameters(
             self.robot,
             self.gait,
-            filled(self.dcm_gain),
+            self.dcm_gain,
             self.project_zmp,
             self.double_support,
             self.period,
@@ -112,16 +117,6 @@ class FootholdTracking:
             rows[k]["step_min"], rows[k]["step_max"] = -np.inf, np.inf
             rows[k]["landing_yaw"] = step.landing_yaw
         return rows
-
-    @property
-    def velocity(self) -> tuple[float, float]:
-        """That of stepping in place, with which the walk ends (x, y) [m/s]."""
-        return self.gait.velocity
-
-    @property
-    def kernel(self) -> None:
-        """None: its parameters are a table, so it walks alone and not in a batch."""
-        return
 
     def first_observation(self, support_side: Side | None = None) -> Observation:
         """What a robot observes that stands on the first two footholds and begins to walk.
@@ -158,22 +153,13 @@ class FootholdTracking:
         Raises:
             ParameterError: the observation is not finite.
         """
-        state = new_array(TRACKING_STATE)
-        first_plan(self.gait, observation, state)
+        state = super().start(observation)
         plan, first = state["plan"][0], self.parameters[0]
         plan["start_offset"] = first["start_offset"][side_index.py_func(observation.support_side)]
         plan["step_duration"] = first["step_duration"]
         plan["growth"] = np.exp(self.robot.omega * first["step_duration"])
         state["command"]["step_duration"] = first["step_duration"]
         return state
-
-    def step(
-        self, state: NDArray[np.void], observation: Observation
-    ) -> tuple[Command, NDArray[np.void]]:
-        """One cycle: what to do now, and the state for the next cycle."""
-        next_state = new_array(TRACKING_STATE)
-        _compiled()(self.parameters, state, observation.array, next_state)
-        return Command.of(next_state["command"]), next_state
 
     def with_velocity(self, velocity: tuple[float, float]) -> Self:
         """Not possible: the footholds are given.

@@ -9,40 +9,31 @@ offset of the new foot, and tracking resumes if the error there is below the thr
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass, field, replace
-from functools import cache
-from typing import Self
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from surefoot.checks import check_number, check_pair, check_weights
-from surefoot.compiled import entry_point, njit
-from surefoot.control.belief import BELIEF, hold, look, mark
-from surefoot.control.cycle import command_swing, growth_since_touchdown, side_index
-from surefoot.control.dcm_tracking import (
-    check_tracking,
-    first_plan,
-    tracking_parameters,
-)
-from surefoot.control.defaults import (
-    DCM_GAIN,
-    default_tau_weight,
-    default_threshold,
-    fill_in,
-    filled,
-)
-from surefoot.control.tracking_law import (
+from surefoot.compiled import njit
+from surefoot.control.base import CompiledController
+from surefoot.control.belief import BELIEF, hold, look
+from surefoot.control.cycle import growth_since_touchdown, side_index
+from surefoot.control.defaults import DCM_GAIN, default_tau_weight, default_threshold
+from surefoot.control.fields import filled, setting
+from surefoot.control.registry import method
+from surefoot.control.tracking import (
     PLAN,
     TRACKING,
     begin_plan,
+    check_double_support,
+    check_gain,
+    end_cycle,
     follow_plan,
     plan_landing,
     track,
+    tracking_parameters,
 )
 from surefoot.dcm.gait_problem import gait_problem
-from surefoot.dcm.nominal_gait import NominalGait, nominal_gait
 from surefoot.dcm.step_in_reach import SAVED, saved_by, solve_step_in_reach
 from surefoot.dcm.step_problem import (
     OFFSET_PENALTY,
@@ -52,7 +43,7 @@ from surefoot.dcm.step_problem import (
     StepProblem,
 )
 from surefoot.dcm.step_solver import solve_step_record
-from surefoot.interface import COMMAND, OBSERVATION, Command, Mode, Observation
+from surefoot.interface import COMMAND, Mode
 from surefoot.record import new_array
 from surefoot.robot.feet import Side
 from surefoot.robot.robot import Robot
@@ -136,114 +127,128 @@ def hybrid_cycle(parameters, state, observation, next_state):
     else:
         track(tracking, observation, plan, command)
         in_the_air = plan.opening_after, plan.step_duration - plan.closing_before
-    command_swing(
-        tracking.swing,
-        observation,
-        in_the_air,
-        tracking.landing_yaw,
-        state.command,
-        plan.phase,
-        new_step,
-        command,
-    )
-    mark(next_state)
+    end_cycle(tracking, in_the_air, new_step, state, next_state)
 
 
 @njit
-def _hybrid_step(parameters, state, observation, next_state):
+def hybrid_step(parameters, state, observation, next_state):
+    """The same over arrays of one record."""
     hybrid_cycle(parameters[0], state[0], observation[0], next_state[0])
 
 
-@cache
-def compiled_hybrid() -> Callable[..., None]:
-    """The cycle as it is called from Python, on arrays of one record."""
-    return entry_point(_hybrid_step, HYBRID, HYBRID_STATE, OBSERVATION, HYBRID_STATE)
-
-
-@dataclass(frozen=True)
-class HybridController:
-    """DCM tracking for small errors, online step location and timing for large ones.
+def hybrid_parameters(
+    tracking: NDArray[np.void],
+    threshold: float,
+    leg: Robot | None,
+    problems: dict[Side, StepProblem],
+) -> NDArray[np.void]:
+    """The `HYBRID` record, shape (1,).
 
     Args:
-        robot: whose gait it is.
-        velocity: commanded (v_x, v_y) [m/s].
-        threshold: DCM error at which the step is decided anew [m]; 0 always, inf never, a tenth of
-            the room of the gait if None.
-        dcm_gain: K_f, rate at which tracking removes an error; 0.857 omega if None [1/s].
-        project_zmp: keep the ZMP of tracking inside the foot.
-        step_weight: (a1, a2) on the step vector [1/m^2].
-        tau_weight: a3 on tau; 540 (R / tau_nom)^2 if None, see `control.defaults` [-].
-        offset_weight: (a4, a5) on the DCM offset; they must dominate [1/m^2].
-        offset_penalty: on half the squared violation of the offset bounds [1/m^2].
-        knows_leg: whether a landing must be in reach of `robot.swing` when the foot lands; False is
-            as published.
-        double_support: fraction of the step for which both feet share the load while tracking.
-        step_duration: T_nom, chosen from the velocity if None [s].
-        period: control period [s].
+        tracking: the `TRACKING` record.
+        threshold: DCM error at which the step is decided anew [m].
+        leg: the robot whose leg must reach a landing; None if that is not asked. Of a leg without
+            limits there is nothing to know.
+        problems: what is decided on either foot.
+    """
+    parameters = new_array(HYBRID)
+    parameters["tracking"], parameters["threshold"] = tracking, threshold
+    if leg is not None and leg.swing.is_limited:
+        parameters["knows_leg"], parameters["saved"] = 1, saved_by(leg)
+    for side, problem in problems.items():
+        parameters["problem"][0, side_index.py_func(side)] = problem.array[0]
+    return parameters
+
+
+@method(
+    "hybrid",
+    label="the paper's hybrid",
+    source="On-line gait adjustment, III-C",
+    adapts="ZMP or step location, timing",
+    cannot="holds the ZMP while it adapts the step; knows the leg, which as published it does not",
+    cites=("OnlineGait",),
+    order=90,
+    compared={"knows_leg": True},
+)
+@dataclass(frozen=True)
+class HybridController(
+    CompiledController,
+    cycle=hybrid_cycle,
+    arrays=hybrid_step,
+    parameters=HYBRID,
+    state=HYBRID_STATE,
+):
+    """DCM tracking for small errors, online step location and timing for large ones.
 
     Raises:
         VelocityError: the velocity cannot be walked.
         ParameterError: another argument is out of range.
     """
 
-    robot: Robot
-    velocity: tuple[float, float]
-    threshold: float | None = None
-    dcm_gain: float | None = None
-    project_zmp: bool = True
-    step_weight: tuple[float, float] = (1.0, 1.0)
-    tau_weight: float | None = None
-    offset_weight: tuple[float, float] = OFFSET_WEIGHT
-    offset_penalty: float = OFFSET_PENALTY
-    knows_leg: bool = False
-    double_support: float = 0.0
-    step_duration: float | None = None
-    period: float = 0.001
-    gait: NominalGait = field(init=False, repr=False)
-    parameters: NDArray[np.void] = field(init=False, repr=False, compare=False)
+    threshold: float | None = setting(
+        None,
+        "m",
+        "DCM error at which the step is decided anew; 0 always, inf never, a tenth of the room of "
+        "the gait if None",
+        least=0.0,
+        endless=True,
+        search=(0.002, 0.2),
+    )
+    dcm_gain: float | None = setting(
+        None, "1/s", "K_f, rate at which tracking removes an error; 0.857 omega if None",
+        above=0.0, search=(0.5, 30.0),
+    )  # fmt: skip
+    project_zmp: bool = setting(True, "", "keep the ZMP of tracking inside the foot")
+    step_weight: tuple[float, float] = setting(
+        (1.0, 1.0), "1/m^2", "(a1, a2) on the step vector",
+        least=0.0, is_weight=True, search=(None, (0.01, 100.0)),
+    )  # fmt: skip
+    tau_weight: float | None = setting(
+        None, "-", "a3 on tau; 540 (R / tau_nom)^2 if None, see `control.defaults`",
+        least=0.0, is_weight=True, search=(0.001, 100.0),
+    )  # fmt: skip
+    offset_weight: tuple[float, float] = setting(
+        OFFSET_WEIGHT, "1/m^2", "(a4, a5) on the DCM offset; they must dominate",
+        least=0.0, is_weight=True, search=((1.0, 1e6), (1.0, 1e6)),
+    )  # fmt: skip
+    offset_penalty: float = setting(
+        OFFSET_PENALTY, "1/m^2", "on half the squared violation of the offset bounds",
+        least=0.0, is_weight=True, search=(1e3, 1e9),
+    )  # fmt: skip
+    knows_leg: bool = setting(
+        False,
+        "",
+        "whether a landing must be in reach of `robot.swing` when the foot lands; False is as "
+        "published",
+    )
+    double_support: float = setting(
+        0.0,
+        "-",
+        "fraction of the step for which both feet share the load while tracking",
+        least=0.0,
+    )
 
-    def __post_init__(self) -> None:
-        check_tracking(self.robot, self.dcm_gain, self.double_support, self.period)
-        if self.threshold is not None:
-            check_number("threshold", self.threshold, 0.0, "m", endless=True)
-        check_pair("step_weight", self.step_weight, 0.0, "1/m^2")
-        if self.tau_weight is not None:
-            check_number("tau_weight", self.tau_weight, 0.0, "-")
-        check_pair("offset_weight", self.offset_weight, 0.0, "1/m^2")
-        check_number("offset_penalty", self.offset_penalty, 0.0, "1/m^2")
-        check_weights(
-            step_weight=self.step_weight,
-            tau_weight=self.tau_weight,
-            offset_weight=self.offset_weight,
-            offset_penalty=self.offset_penalty,
+    def check(self) -> None:
+        """Refuse a gain that is too large, and a double support that is too long."""
+        check_gain(self.dcm_gain, self.period)
+        check_double_support(self.double_support)
+
+    def defaults(self) -> dict[str, float]:
+        """Threshold, gain and weight of tau."""
+        return {
+            "threshold": default_threshold(self.robot, self.gait),
+            "dcm_gain": DCM_GAIN * self.robot.omega,
+            "tau_weight": default_tau_weight(self.robot, self.gait),
+        }
+
+    def make_parameters(self) -> NDArray[np.void]:
+        """The `HYBRID` record."""
+        tracking = tracking_parameters(
+            self.robot, self.gait, self.dcm_gain, self.project_zmp, self.double_support, self.period
         )
-        gait = nominal_gait(self.robot, self.velocity, self.step_duration)
-        object.__setattr__(self, "gait", gait)
-        object.__setattr__(self, "velocity", gait.velocity)
-        fill_in(
-            self,
-            threshold=default_threshold(self.robot, gait),
-            dcm_gain=DCM_GAIN * self.robot.omega,
-            tau_weight=default_tau_weight(self.robot, gait),
-        )
-        parameters = new_array(HYBRID)
-        parameters["tracking"] = tracking_parameters(
-            self.robot,
-            gait,
-            filled(self.dcm_gain),
-            self.project_zmp,
-            self.double_support,
-            self.period,
-        )
-        parameters["threshold"] = self.threshold
-        # Of a leg without limits there is nothing to know.
-        parameters["knows_leg"] = self.knows_leg and self.robot.swing.is_limited
-        if parameters["knows_leg"][0]:
-            parameters["saved"] = saved_by(self.robot)
-        for side in Side:
-            parameters["problem"][0, side_index.py_func(side)] = self.step_problem(side).array[0]
-        object.__setattr__(self, "parameters", parameters)
-        compiled_hybrid()  # Now rather than in the first control cycle.
+        leg = self.robot if self.knows_leg else None
+        problems = {side: self.step_problem(side) for side in Side}
+        return hybrid_parameters(tracking, filled(self.threshold), leg, problems)
 
     def step_problem(
         self,
@@ -273,34 +278,3 @@ class HybridController:
             offset_weight=self.offset_weight,
             offset_penalty=self.offset_penalty,
         )
-
-    @property
-    def kernel(self) -> Callable[..., None]:
-        """The compiled cycle over records."""
-        return hybrid_cycle
-
-    def first_observation(self, support_side: Side | None = None) -> Observation:
-        """What a robot on the nominal gait observes at a touchdown; right foot first by default."""
-        return self.gait.observation(Side.RIGHT if support_side is None else support_side)
-
-    def start(self, observation: Observation) -> NDArray[np.void]:
-        """The state before the first cycle.
-
-        Raises:
-            ParameterError: the observation is not finite.
-        """
-        state = new_array(HYBRID_STATE)
-        first_plan(self.gait, observation, state)
-        return state
-
-    def step(
-        self, state: NDArray[np.void], observation: Observation
-    ) -> tuple[Command, NDArray[np.void]]:
-        """One cycle: what to do now, and the state for the next cycle."""
-        next_state = new_array(HYBRID_STATE)
-        compiled_hybrid()(self.parameters, state, observation.array, next_state)
-        return Command.of(next_state["command"]), next_state
-
-    def with_velocity(self, velocity: tuple[float, float]) -> Self:
-        """The same controller for another velocity; the state carries over."""
-        return replace(self, velocity=velocity)

@@ -1,7 +1,7 @@
 """ZMP preview control over given footsteps: [Kajita2003].
 
 The reference of the ZMP is the centre of each planned foot while it is to stand, known 1.6 s ahead.
-A linear quadratic regulator with an integrator drives the jerk of the CoM, see `preview_gains`; the
+A linear quadratic regulator with an integrator drives the jerk of the CoM, see `preview_law`; the
 state is measured in every cycle, and only the ZMP that this asks for is commanded:
 
     zmp = com(k+1) - com''(k+1) / omega^2.
@@ -17,41 +17,36 @@ footsteps, from the periodic state that is found when the controller is made.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass
 from functools import cache
-from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from surefoot.checks import check_number, check_weights
 from surefoot.compiled import entry_point, njit
-from surefoot.control.belief import first_belief, hold, look, mark
-from surefoot.control.cycle import command_swing, side_index
-from surefoot.control.dcm_tracking import (
-    NO_GAIN,
-    check_first,
-    check_tracking,
-    tracking_parameters,
-)
-from surefoot.control.defaults import fill_in, filled
-from surefoot.control.preview_gains import preview_gains
+from surefoot.control.base import CompiledController, check_first
+from surefoot.control.belief import first_belief, hold, look
+from surefoot.control.cycle import side_index
+from surefoot.control.fields import filled, setting
 from surefoot.control.preview_law import (
     MOST_SAMPLES,
     PREVIEW,
     PREVIEW_PLAN,
     PREVIEW_STATE,
     land_plan,
+    preview_gains,
     regulate,
     regulate_plan,
     walk_plan,
 )
-from surefoot.dcm.nominal_gait import NominalGait, nominal_gait
+from surefoot.control.registry import method
+from surefoot.control.tracking import NO_GAIN, end_cycle, tracking_parameters
+from surefoot.dcm.nominal_gait import NominalGait
 from surefoot.errors import ParameterError
-from surefoot.interface import OBSERVATION, Command, Mode, Observation, Status
+from surefoot.interface import Mode, Observation, Status
 from surefoot.record import new_array
 from surefoot.robot.feet import Side
-from surefoot.robot.robot import Robot
 
 INPUT_WEIGHT = 1.844e-3
 """Default of R omega^6 [1/m^2]: 1e-6 s^6/m^2, as published, for the paper's biped."""
@@ -108,17 +103,7 @@ def preview_cycle(parameters, state, observation, next_state):
         command.step_location[i] = foot[i] + plan.step[i]
         command.dcm_offset[i] = parameters.end_offset[row, i]
     in_the_air = 0.0, plan.step_duration
-    command_swing(
-        parameters.swing,
-        observation,
-        in_the_air,
-        parameters.landing_yaw,
-        state.command,
-        plan.phase,
-        new_step,
-        command,
-    )
-    mark(next_state)
+    end_cycle(parameters, in_the_air, new_step, state, next_state)
 
 
 @njit
@@ -134,11 +119,6 @@ def _walk_step(parameters, begun, landed):
     landed[0] = begun[0]
     walk_plan(parameters[0], begun[0].step_duration, 0.0, landed[0])
     land_plan(parameters[0], -begun[0].support_side, landed[0])
-
-
-@cache
-def _compiled() -> Callable[..., None]:
-    return entry_point(_preview_step, PREVIEW, PREVIEW_STATE, OBSERVATION, PREVIEW_STATE)
 
 
 @cache
@@ -187,43 +167,52 @@ def find_periodic_gait(parameters: NDArray[np.void], gait: NominalGait) -> None:
     )
 
 
+@method(
+    "preview-control",
+    label="preview control",
+    source="Kajita et al. 2003",
+    adapts="ZMP",
+    cannot="steps as planned: neither where nor when it steps answers a push",
+    cites=("Kajita2003",),
+    order=20,
+    fixed_steps=True,
+)
 @dataclass(frozen=True)
-class PreviewControl:
+class PreviewControl(
+    CompiledController,
+    cycle=preview_cycle,
+    arrays=_preview_step,
+    parameters=PREVIEW,
+    state=PREVIEW_STATE,
+):
     """Footsteps as given; the ZMP follows their centres by preview control, inside the sole.
 
-    Args:
-        robot: whose gait it is.
-        velocity: commanded (v_x, v_y) [m/s].
-        error_weight: Q_e on the error of the ZMP [1/m^2].
-        state_weight: the diagonal of Q_x, on the change in a sample of position, velocity and
-            acceleration [1/m^2, s^2/m^2, s^4/m^2].
-        input_weight: R, on the change of the jerk in a sample; 1.844e-3 / omega^6 if None
-            [s^6/m^2].
-        preview: how far ahead the footsteps are known; 5.603 / omega if None [s].
-        step_duration: T_nom, chosen from the velocity if None [s].
-        period: control period, and the sample time of the regulator [s].
+    Of a new velocity, the step under way stays as it was given; the steps after it are new.
+    `period` is the sample time of the regulator too.
 
     Raises:
         VelocityError: the velocity cannot be walked.
         ParameterError: another argument is out of range, or no gains or no gait come of it.
     """
 
-    robot: Robot
-    velocity: tuple[float, float]
-    error_weight: float = 1.0
-    state_weight: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    input_weight: float | None = None
-    preview: float | None = None
-    step_duration: float | None = None
-    period: float = 0.001
-    gait: NominalGait = field(init=False, repr=False)
-    parameters: NDArray[np.void] = field(init=False, repr=False, compare=False)
+    error_weight: float = setting(1.0, "1/m^2", "Q_e on the error of the ZMP", above=0.0)
+    state_weight: tuple[float, float, float] = setting(
+        (0.0, 0.0, 0.0),
+        "1/m^2, s^2/m^2, s^4/m^2",
+        "the diagonal of Q_x, on the change in a sample of position, velocity and acceleration",
+    )
+    input_weight: float | None = setting(
+        None,
+        "s^6/m^2",
+        "R, on the change of the jerk in a sample; 1.844e-3 / omega^6 if None",
+        above=0.0,
+    )
+    preview: float | None = setting(
+        None, "s", "how far ahead the footsteps are known; 5.603 / omega if None"
+    )
 
-    def __post_init__(self) -> None:
-        check_tracking(self.robot, None, 0.0, self.period)
-        check_number("error_weight", self.error_weight, 0.0, "1/m^2", above=True)
-        if self.input_weight is not None:
-            check_number("input_weight", self.input_weight, 0.0, "s^6/m^2", above=True)
+    def check(self) -> None:
+        """Refuse weights that are none or too far from each other, and a preview that is none."""
         if not isinstance(self.state_weight, tuple) or len(self.state_weight) != 3:
             raise ParameterError(
                 "`state_weight` as (position, velocity, acceleration)",
@@ -235,13 +224,6 @@ class PreviewControl:
         if self.preview is not None:
             check_number("preview", self.preview, self.period, "s")
         self._check_ratios()
-        omega = self.robot.omega
-        fill_in(self, input_weight=INPUT_WEIGHT / omega**6, preview=LOOK_AHEAD / omega)
-        gait = nominal_gait(self.robot, self.velocity, self.step_duration)
-        object.__setattr__(self, "gait", gait)
-        object.__setattr__(self, "velocity", gait.velocity)
-        object.__setattr__(self, "parameters", self._parameters())
-        _compiled()  # Now rather than in the first control cycle.
 
     def _check_ratios(self) -> None:
         # Units of time differ: in those of the pendulum, robots of all sizes have the same ratios.
@@ -254,7 +236,13 @@ class PreviewControl:
             weights["input_weight` * `omega^6"] = self.input_weight * omega**6
         check_weights(**weights)
 
-    def _parameters(self) -> NDArray[np.void]:
+    def defaults(self) -> dict[str, float]:
+        """Weight of the jerk, and preview."""
+        omega = self.robot.omega
+        return {"input_weight": INPUT_WEIGHT / omega**6, "preview": LOOK_AHEAD / omega}
+
+    def make_parameters(self) -> NDArray[np.void]:
+        """The `PREVIEW` record."""
         samples = round(filled(self.preview) / self.period)
         if samples > MOST_SAMPLES:
             raise ParameterError(
@@ -284,11 +272,6 @@ class PreviewControl:
         parameters["swing"], parameters["gate"] = tracking["swing"], tracking["gate"]
         find_periodic_gait(parameters, gait)
         return parameters
-
-    @property
-    def kernel(self) -> Callable[..., None]:
-        """The compiled cycle over records."""
-        return preview_cycle
 
     def first_observation(self, support_side: Side | None = None) -> Observation:
         """What a robot on this method's own gait observes at a touchdown; right foot first."""
@@ -321,18 +304,3 @@ class PreviewControl:
         command["swing_foot"] = observation.swing_foot
         first_belief(observation, state)
         return state
-
-    def step(
-        self, state: NDArray[np.void], observation: Observation
-    ) -> tuple[Command, NDArray[np.void]]:
-        """One cycle: what to do now, and the state for the next cycle."""
-        next_state = new_array(PREVIEW_STATE)
-        _compiled()(self.parameters, state, observation.array, next_state)
-        return Command.of(next_state["command"]), next_state
-
-    def with_velocity(self, velocity: tuple[float, float]) -> Self:
-        """The same controller for another velocity; the state carries over.
-
-        The step under way stays as it was given; the steps after it are new.
-        """
-        return replace(self, velocity=velocity)

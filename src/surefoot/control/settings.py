@@ -9,19 +9,17 @@ from __future__ import annotations
 import math
 import tomllib
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, get_args, get_type_hints
 
 from surefoot.checks import closest
-from surefoot.control.methods import METHODS, method
+from surefoot.control.fields import search_intervals
+from surefoot.control.registry import find_method, methods, settable
 from surefoot.errors import FileError, ParameterError, SurefootError
 from surefoot.interface import Controller
 from surefoot.robot.robot import Robot
-
-OF_THE_WALK = ("robot", "velocity")
-"""Arguments of every controller that are no settings."""
 
 KEYS = ("controller", "parameters")
 """Of a file of settings."""
@@ -61,11 +59,19 @@ def settings(key: str) -> dict[str, Any]:
     Raises:
         ParameterError: no such method.
     """
-    one = method(key)
-    defaults = {
-        of.name: of.default for of in fields(one.make) if of.init and of.name not in OF_THE_WALK
-    }
-    return {**defaults, **one.parameters}
+    one = find_method(key)
+    return {**settable(one.make), **one.parameters}
+
+
+def searched(key: str) -> dict[str, tuple[float, float]]:
+    """Where `surefoot tune` searches the settings of a method, by name, as its fields say.
+
+    A component of a pair has `.x` or `.y` behind.
+
+    Raises:
+        ParameterError: no such method.
+    """
+    return search_intervals(find_method(key).make)
 
 
 def with_settings(
@@ -83,7 +89,7 @@ def with_settings(
         ParameterError: no such method or parameter, or a value of another type.
         SurefootError: its class refuses a value; the message names the parameter.
     """
-    return method(key).controller(robot, velocity, **checked_settings(key, values))
+    return find_method(key).controller(robot, velocity, **checked_settings(key, values))
 
 
 def checked_settings(key: str, values: Mapping[str, Any]) -> dict[str, Any]:
@@ -92,7 +98,7 @@ def checked_settings(key: str, values: Mapping[str, Any]) -> dict[str, Any]:
     Raises:
         ParameterError: no such method or parameter, or a value of another type.
     """
-    known, kinds = settings(key), get_type_hints(method(key).make)
+    known, kinds = settings(key), get_type_hints(find_method(key).make)
     for name in values:
         if name not in known:
             raise ParameterError(
@@ -143,7 +149,7 @@ def _parsed(table: dict[str, Any]) -> Settings:
     for name in table:
         if name not in KEYS:
             # A parameter that stands outside its table is the usual slip.
-            usual = name in {known for one in METHODS for known in settings(one.key)}
+            usual = name in {known for one in methods() for known in settings(one.key)}
             raise ParameterError(
                 'the keys `controller = "unified"` and a table [parameters]',
                 f"unknown key `{name}`",

@@ -12,102 +12,92 @@ heavily penalised rather than forbidden, so that there always is a decision.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, field, replace
-from typing import Self
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from surefoot.checks import check_number, check_pair, check_weights
-from surefoot.control.cycle import side_index
-from surefoot.control.dcm_tracking import (
-    NO_GAIN,
-    check_tracking,
-    first_plan,
-    tracking_parameters,
+from surefoot.control.base import CompiledController
+from surefoot.control.defaults import default_tau_weight
+from surefoot.control.fields import filled, setting
+from surefoot.control.hybrid import (
+    HYBRID,
+    HYBRID_STATE,
+    hybrid_cycle,
+    hybrid_parameters,
+    hybrid_step,
 )
-from surefoot.control.defaults import default_tau_weight, fill_in, filled
-from surefoot.control.hybrid import HYBRID, HYBRID_STATE, compiled_hybrid, hybrid_cycle
+from surefoot.control.registry import method
+from surefoot.control.tracking import NO_GAIN, tracking_parameters
 from surefoot.dcm.gait_problem import gait_problem
-from surefoot.dcm.nominal_gait import NominalGait, nominal_gait
-from surefoot.dcm.step_in_reach import saved_by
 from surefoot.dcm.step_problem import OFFSET_PENALTY, StepProblem
 from surefoot.dcm.viability import viable_offsets
-from surefoot.interface import Command, Observation
-from surefoot.record import new_array
 from surefoot.robot.feet import Side
-from surefoot.robot.robot import Robot
 
 DOMINANT_WEIGHT = (1e5, 1e5)
 """Default (a4, a5) [1/m^2]. The timing gives way before the offset does, in both directions: with a
 hundredth of it, a leg of 3 m/s survives a fifth less of a push away from it."""
 
 
+@method(
+    "step-timing",
+    label="step location and timing",
+    source="Khadiv et al. 2016, 2020",
+    adapts="step location, timing",
+    cannot="leaves the ZMP at the centre of the foot; knows the leg, which as published it does "
+    "not",
+    cites=("Khadiv2016", "Khadiv2020"),
+    order=70,
+    compared={"knows_leg": True},
+)
 @dataclass(frozen=True)
-class StepTiming:
+class StepTiming(
+    CompiledController,
+    cycle=hybrid_cycle,
+    arrays=hybrid_step,
+    parameters=HYBRID,
+    state=HYBRID_STATE,
+):
     """Step location and timing decided anew in every cycle, with a ZMP that never moves.
-
-    Args:
-        robot: whose gait it is.
-        velocity: commanded (v_x, v_y) [m/s].
-        step_weight: (a1, a2) on the step vector [1/m^2].
-        tau_weight: a3 on tau; 540 (R / tau_nom)^2 if None, see `control.defaults` [-].
-        offset_weight: (a4, a5) on the DCM offset; they must dominate [1/m^2].
-        offset_penalty: on half the squared distance from the viable offsets [1/m^2].
-        knows_leg: whether a landing must be in reach of `robot.swing` when the foot lands; False is
-            as published.
-        step_duration: T_nom, chosen from the velocity if None [s].
-        period: control period [s].
 
     Raises:
         VelocityError: the velocity cannot be walked.
         ParameterError: another argument is out of range.
     """
 
-    robot: Robot
-    velocity: tuple[float, float]
-    step_weight: tuple[float, float] = (1.0, 1.0)
-    tau_weight: float | None = None
-    offset_weight: tuple[float, float] = DOMINANT_WEIGHT
-    offset_penalty: float = OFFSET_PENALTY
-    knows_leg: bool = False
-    step_duration: float | None = None
-    period: float = 0.001
-    gait: NominalGait = field(init=False, repr=False)
-    parameters: NDArray[np.void] = field(init=False, repr=False, compare=False)
+    step_weight: tuple[float, float] = setting(
+        (1.0, 1.0), "1/m^2", "(a1, a2) on the step vector",
+        least=0.0, is_weight=True, search=(None, (0.01, 100.0)),
+    )  # fmt: skip
+    tau_weight: float | None = setting(
+        None, "-", "a3 on tau; 540 (R / tau_nom)^2 if None, see `control.defaults`",
+        least=0.0, is_weight=True, search=(0.001, 100.0),
+    )  # fmt: skip
+    offset_weight: tuple[float, float] = setting(
+        DOMINANT_WEIGHT, "1/m^2", "(a4, a5) on the DCM offset; they must dominate",
+        least=0.0, is_weight=True, search=((1.0, 1e6), (1.0, 1e6)),
+    )  # fmt: skip
+    offset_penalty: float = setting(
+        OFFSET_PENALTY, "1/m^2", "on half the squared distance from the viable offsets",
+        least=0.0, is_weight=True, search=(1e3, 1e9),
+    )  # fmt: skip
+    knows_leg: bool = setting(
+        False,
+        "",
+        "whether a landing must be in reach of `robot.swing` when the foot lands; False is as "
+        "published",
+    )
 
-    def __post_init__(self) -> None:
-        check_tracking(self.robot, None, 0.0, self.period)
-        check_pair("step_weight", self.step_weight, 0.0, "1/m^2")
-        if self.tau_weight is not None:
-            check_number("tau_weight", self.tau_weight, 0.0, "-")
-        check_pair("offset_weight", self.offset_weight, 0.0, "1/m^2")
-        check_number("offset_penalty", self.offset_penalty, 0.0, "1/m^2")
-        check_weights(
-            step_weight=self.step_weight,
-            tau_weight=self.tau_weight,
-            offset_weight=self.offset_weight,
-            offset_penalty=self.offset_penalty,
-        )
-        gait = nominal_gait(self.robot, self.velocity, self.step_duration)
-        object.__setattr__(self, "gait", gait)
-        object.__setattr__(self, "velocity", gait.velocity)
-        fill_in(self, tau_weight=default_tau_weight(self.robot, gait))
-        parameters = new_array(HYBRID)
-        parameters["tracking"] = tracking_parameters(
-            self.robot, gait, NO_GAIN, True, 0.0, self.period
-        )
-        # The hybrid cycle that decides the step from no error on: its tracking never has its turn.
-        parameters["threshold"] = 0.0
-        # Of a leg without limits there is nothing to know.
-        parameters["knows_leg"] = self.knows_leg and self.robot.swing.is_limited
-        if parameters["knows_leg"][0]:
-            parameters["saved"] = saved_by(self.robot)
-        for side in Side:
-            parameters["problem"][0, side_index.py_func(side)] = self.step_problem(side).array[0]
-        object.__setattr__(self, "parameters", parameters)
-        compiled_hybrid()  # Now rather than in the first control cycle.
+    def defaults(self) -> dict[str, float]:
+        """The weight of tau."""
+        return {"tau_weight": default_tau_weight(self.robot, self.gait)}
+
+    def make_parameters(self) -> NDArray[np.void]:
+        """The `HYBRID` record of a cycle that decides from no error on, and never tracks."""
+        tracking = tracking_parameters(self.robot, self.gait, NO_GAIN, True, 0.0, self.period)
+        leg = self.robot if self.knows_leg else None
+        problems = {side: self.step_problem(side) for side in Side}
+        return hybrid_parameters(tracking, 0.0, leg, problems)
 
     def step_problem(
         self,
@@ -135,34 +125,3 @@ class StepTiming:
             offset_weight=self.offset_weight,
             offset_penalty=self.offset_penalty,
         )
-
-    @property
-    def kernel(self) -> Callable[..., None]:
-        """The compiled cycle over records."""
-        return hybrid_cycle
-
-    def first_observation(self, support_side: Side | None = None) -> Observation:
-        """What a robot on the nominal gait observes at a touchdown; right foot first by default."""
-        return self.gait.observation(Side.RIGHT if support_side is None else support_side)
-
-    def start(self, observation: Observation) -> NDArray[np.void]:
-        """The state before the first cycle.
-
-        Raises:
-            ParameterError: the observation is not finite.
-        """
-        state = new_array(HYBRID_STATE)
-        first_plan(self.gait, observation, state)
-        return state
-
-    def step(
-        self, state: NDArray[np.void], observation: Observation
-    ) -> tuple[Command, NDArray[np.void]]:
-        """One cycle: what to do now, and the state for the next cycle."""
-        next_state = new_array(HYBRID_STATE)
-        compiled_hybrid()(self.parameters, state, observation.array, next_state)
-        return Command.of(next_state["command"]), next_state
-
-    def with_velocity(self, velocity: tuple[float, float]) -> Self:
-        """The same controller for another velocity; the state carries over."""
-        return replace(self, velocity=velocity)

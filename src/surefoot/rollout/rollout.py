@@ -5,7 +5,6 @@ from __future__ import annotations
 import warnings
 from dataclasses import dataclass, field, fields
 from functools import cached_property
-from importlib.metadata import entry_points
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -19,6 +18,7 @@ from surefoot.dcm.viability import viable_offsets
 from surefoot.errors import MissingExtraError
 from surefoot.geometry import rotated_by
 from surefoot.interface import OBSERVATION, Mode
+from surefoot.plugins import load, places
 from surefoot.robot.feet import Footstep, Side
 from surefoot.robot.robot import Robot
 from surefoot.rollout.disturbance import Disturbance
@@ -296,9 +296,8 @@ class Rollout:
             MissingExtraError: the extra `plot` is not installed.
             FileError: the file cannot be written.
         """
-        (figure,) = entry_points(group="surefoot.figures", name="walk")
         try:
-            draw = figure.load()
+            draw = load(places("surefoot.figures")["walk"])
         except ModuleNotFoundError as error:
             if error.name != "matplotlib":
                 raise

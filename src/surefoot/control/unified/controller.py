@@ -10,41 +10,74 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cache
-from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from surefoot.checks import check_number, check_pair, check_weights
 from surefoot.compiled import entry_point, njit
-from surefoot.control.belief import PENDULUM, hold, look, mark
-from surefoot.control.cycle import command_swing, growth_since_touchdown
-from surefoot.control.dcm_tracking import (
-    check_leg,
-    check_tracking,
-    first_plan,
+from surefoot.control.base import CompiledController
+from surefoot.control.belief import BELIEF, PENDULUM, hold, look
+from surefoot.control.cycle import growth_since_touchdown
+from surefoot.control.defaults import DCM_GAIN
+from surefoot.control.fields import described, filled, setting
+from surefoot.control.push_observer import (
+    OBSERVING,
+    PUSH_OBSERVER,
+    observe_push,
+    observing,
+    remember,
+)
+from surefoot.control.registry import method
+from surefoot.control.tracking import (
+    PLAN,
+    TRACKING,
+    begin_plan,
+    check_gain,
+    end_cycle,
+    follow_plan,
+    keep_box,
+    plan_landing,
     tracking_parameters,
 )
-from surefoot.control.defaults import DCM_GAIN, fill_in, filled
-from surefoot.control.push_observer import observe_push, observing, remember
-from surefoot.control.tracking_law import begin_plan, follow_plan, keep_box, plan_landing
 from surefoot.control.unified.anticipation import keep_way_back, margin
-from surefoot.control.unified.law import (
-    UNIFIED,
-    UNIFIED_STATE,
-    assess,
-    command_landing,
-    place_zmp,
+from surefoot.control.unified.law import assess, command_landing, place_zmp
+from surefoot.control.unified.problem import (
+    DECISION,
+    LANDING,
+    SITUATION,
+    Decision,
+    landing_parameters,
 )
-from surefoot.control.unified.problem import DECISION, Decision, landing_parameters
 from surefoot.control.unified.solver import decide_landing, flag_limits
-from surefoot.dcm.nominal_gait import NominalGait, gait_room, nominal_gait
-from surefoot.interface import OBSERVATION, Command, Observation
+from surefoot.dcm.nominal_gait import gait_room
+from surefoot.interface import COMMAND
 from surefoot.record import copy_array, new_array
-from surefoot.robot.feet import Side
 from surefoot.robot.robot import Robot
+
+UNIFIED = np.dtype(
+    [
+        ("tracking", TRACKING),
+        ("landing", LANDING),
+        ("anticipation", "f8"),
+        ("observing", OBSERVING),
+        ("commitment", "f8"),
+    ],
+)
+"""Parameters: of tracking, of the landing problem and of the push observer; 1 - e^(-omega h); how
+soon before a landing its time can still be brought forward [s]."""
+
+UNIFIED_STATE = np.dtype(
+    [
+        ("plan", PLAN),
+        ("belief", BELIEF),
+        ("observer", PUSH_OBSERVER),
+        ("situation", SITUATION),
+        ("decision", DECISION),
+        ("command", COMMAND),
+    ],
+)
 
 RESERVE, COMFORT = 0.025, 0.03
 """Default reserve and comfort, as fractions of the height of the CoM."""
@@ -89,17 +122,7 @@ def unified_cycle(parameters, state, observation, next_state):
     if next_state.belief.guessed & PENDULUM:
         # Nothing pushes a pendulum that is only predicted.
         observer.seen = 0
-    command_swing(
-        tracking.swing,
-        observation,
-        (0.0, command.step_duration),
-        tracking.landing_yaw,
-        state.command,
-        plan.phase,
-        new_step,
-        command,
-    )
-    mark(next_state)
+    end_cycle(tracking, (0.0, command.step_duration), new_step, state, next_state)
 
 
 @njit
@@ -117,34 +140,23 @@ def _compiled_margin() -> Callable[..., None]:
     return entry_point(_margin, UNIFIED, UNIFIED_STATE, DECISION)
 
 
-@cache
-def _compiled() -> Callable[..., None]:
-    return entry_point(_unified_step, UNIFIED, UNIFIED_STATE, OBSERVATION, UNIFIED_STATE)
-
-
+@method(
+    "unified",
+    label="unified (ours)",
+    source="Surefoot",
+    adapts="ZMP, step location, timing",
+    cannot="keeps its trunk upright",
+    order=100,
+)
 @dataclass(frozen=True)
-class UnifiedController:
+class UnifiedController(
+    CompiledController,
+    cycle=unified_cycle,
+    arrays=_unified_step,
+    parameters=UNIFIED,
+    state=UNIFIED_STATE,
+):
     """ZMP, landing place and landing time from one problem, up to the limit of physics.
-
-    Args:
-        robot: whose gait it is, and whose leg and sole it makes use of.
-        velocity: commanded (v_x, v_y) [m/s].
-        ankle: whether the ZMP moves inside the sole; False for a point foot.
-        horizon: h, how much longer a push may go on that is observed; inf for one of which nothing
-            is known, 0 for none [s].
-        reserve: rho, distance kept from what cannot be saved, at most half the gait's room R;
-            0.025 com_height if None [m].
-        comfort: DCM error that the ZMP alone answers, while nothing is in danger; 0.03 com_height
-            if None [m].
-        dcm_gain: K_f, rate at which the ZMP removes an error; 0.857 omega if None [1/s].
-        step_weight: (a1, a2) R^2 on the step vector, beside an offset weight of 1 [-].
-        tau_weight: a3 tau_nom^2 on tau, beside the same; above 2 the robot may step for ever at
-            the edge of its reserve instead of coming back [-].
-        offset_weight: (a4, a5) R^2 on the error at landing that neither ZMP nor comfort takes [-].
-        commitment: a landing that is nearer than this cannot be brought forward any more, since
-            what a push does shows only after two cycles; two periods if None [s].
-        step_duration: T_nom, chosen from the velocity if None [s].
-        period: control period [s].
 
     Raises:
         VelocityError: the velocity cannot be walked, or not on this leg.
@@ -153,58 +165,91 @@ class UnifiedController:
             can do for ever.
     """
 
-    robot: Robot
-    velocity: tuple[float, float]
-    ankle: bool = True
-    horizon: float = math.inf
-    reserve: float | None = None
-    comfort: float | None = None
-    dcm_gain: float | None = None
-    step_weight: tuple[float, float] = (1e-3, 1e-3)
-    tau_weight: float = 0.25
-    offset_weight: tuple[float, float] = (1.0, 1.0)
-    commitment: float | None = None
-    step_duration: float | None = None
-    period: float = 0.001
-    gait: NominalGait = field(init=False, repr=False)
-    parameters: NDArray[np.void] = field(init=False, repr=False, compare=False)
+    NEEDS_LEG = True
+    robot: Robot = field(metadata=described("whose gait it is, and whose leg and sole are used"))
+    ankle: bool = setting(True, "", "whether the ZMP moves inside the sole; False for a point foot")
+    horizon: float = setting(
+        math.inf,
+        "s",
+        "h, how much longer a push may go on that is observed; inf for one of which nothing is "
+        "known, 0 for none",
+        least=0.0,
+        endless=True,
+    )
+    reserve: float | None = setting(
+        None,
+        "m",
+        "rho, distance kept from what cannot be saved, at most half the gait's room R; 0.025 "
+        "com_height if None",
+        least=0.0,
+        search=(0.001, 0.06),
+    )
+    comfort: float | None = setting(
+        None,
+        "m",
+        "DCM error that the ZMP alone answers, while nothing is in danger; 0.03 com_height if None",
+        least=0.0,
+        search=(0.001, 0.06),
+    )
+    dcm_gain: float | None = setting(
+        None, "1/s", "K_f, rate at which the ZMP removes an error; 0.857 omega if None",
+        above=0.0, search=(0.5, 30.0),
+    )  # fmt: skip
+    step_weight: tuple[float, float] = setting(
+        (1e-3, 1e-3), "-", "(a1, a2) R^2 on the step vector, beside an offset weight of 1",
+        least=0.0, is_weight=True, search=(None, (1e-5, 0.1)),
+    )  # fmt: skip
+    tau_weight: float = setting(
+        0.25,
+        "-",
+        "a3 tau_nom^2 on tau, beside the same; above 2 the robot may step for ever at the edge of "
+        "its reserve instead of coming back",
+        above=0.0,
+        is_weight=True,
+        search=(1e-4, 10.0),
+    )
+    offset_weight: tuple[float, float] = setting(
+        (1.0, 1.0),
+        "-",
+        "(a4, a5) R^2 on the error at landing that neither ZMP nor comfort takes",
+        least=0.0,
+        is_weight=True,
+        search=((1e-3, 1e3), (1e-3, 1e3)),
+    )
+    commitment: float | None = setting(
+        None,
+        "s",
+        "a landing that is nearer than this cannot be brought forward any more, since what a push "
+        "does shows only after two cycles; two periods if None",
+        least=0.0,
+    )
 
-    def __post_init__(self) -> None:
-        check_tracking(self.robot, self.dcm_gain, 0.0, self.period)
-        fill_in(
-            self,
-            dcm_gain=DCM_GAIN * self.robot.omega,
-            reserve=RESERVE * self.robot.com_height,
-            comfort=COMFORT * self.robot.com_height,
-            commitment=COMMITMENT * self.period,
-        )
-        check_number("horizon", self.horizon, 0.0, "s", endless=True)
-        for name, unit in (("reserve", "m"), ("comfort", "m"), ("commitment", "s")):
-            check_number(name, getattr(self, name), 0.0, unit)
-        check_number("tau_weight", self.tau_weight, 0.0, "-", above=True)
-        check_pair("step_weight", self.step_weight, 0.0, "-")
-        check_pair("offset_weight", self.offset_weight, 0.0, "-")
-        check_weights(
-            step_weight=self.step_weight,
-            tau_weight=self.tau_weight,
-            offset_weight=self.offset_weight,
-        )
-        gait = nominal_gait(self.robot, self.velocity, self.step_duration)
-        object.__setattr__(self, "gait", gait)
-        object.__setattr__(self, "velocity", gait.velocity)
-        check_leg(self.robot, gait)
+    def check(self) -> None:
+        """Refuse a gain that is too large."""
+        check_gain(self.dcm_gain, self.period)
+
+    def defaults(self) -> dict[str, float]:
+        """Gain, reserve, comfort and commitment."""
+        return {
+            "dcm_gain": DCM_GAIN * self.robot.omega,
+            "reserve": RESERVE * self.robot.com_height,
+            "comfort": COMFORT * self.robot.com_height,
+            "commitment": COMMITMENT * self.period,
+        }
+
+    def make_parameters(self) -> NDArray[np.void]:
+        """The `UNIFIED` record."""
         reach = np.array(self.robot.foot.half) if self.ankle else np.zeros(2)
-        room = gait_room(self.robot, gait, (reach[0], reach[1]))
+        room = gait_room(self.robot, self.gait, (reach[0], reach[1]))
         parameters = new_array(UNIFIED)
         parameters["tracking"] = tracking_parameters(
-            self.robot, gait, filled(self.dcm_gain), self.ankle, 0.0, self.period
+            self.robot, self.gait, self.dcm_gain, self.ankle, 0.0, self.period
         )
         parameters["landing"] = self._landing(reach, room)
         parameters["anticipation"] = -math.expm1(-self.robot.omega * self.horizon)
         parameters["observing"] = observing(self.robot.omega, self.period, room)
         parameters["commitment"] = self.commitment
-        object.__setattr__(self, "parameters", parameters)
-        _compiled()  # Now rather than in the first control cycle.
+        return parameters
 
     def _landing(self, reach: NDArray[np.float64], room: float) -> NDArray[np.void]:
         """The `LANDING` record.
@@ -227,39 +272,8 @@ class UnifiedController:
             commitment=filled(self.commitment),
         )
 
-    @property
-    def kernel(self) -> Callable[..., None]:
-        """The compiled cycle over records."""
-        return unified_cycle
-
     def decision(self, state: NDArray[np.void]) -> Decision:
         """What was decided in the cycle that led to this state, with margin and active limits."""
         decision = copy_array(state["decision"])
         _compiled_margin()(self.parameters, state, decision)
         return Decision.of(decision)
-
-    def first_observation(self, support_side: Side | None = None) -> Observation:
-        """What a robot on the nominal gait observes at a touchdown; right foot first by default."""
-        return self.gait.observation(Side.RIGHT if support_side is None else support_side)
-
-    def start(self, observation: Observation) -> NDArray[np.void]:
-        """The state before the first cycle.
-
-        Raises:
-            ParameterError: the observation is not finite.
-        """
-        state = new_array(UNIFIED_STATE)
-        first_plan(self.gait, observation, state)
-        return state
-
-    def step(
-        self, state: NDArray[np.void], observation: Observation
-    ) -> tuple[Command, NDArray[np.void]]:
-        """One cycle: what to do now, and the state for the next cycle."""
-        next_state = new_array(UNIFIED_STATE)
-        _compiled()(self.parameters, state, observation.array, next_state)
-        return Command.of(next_state["command"]), next_state
-
-    def with_velocity(self, velocity: tuple[float, float]) -> Self:
-        """The same controller for another velocity; the state carries over."""
-        return replace(self, velocity=velocity)

@@ -7,41 +7,13 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from surefoot.compiled import njit
-from surefoot.control.belief import BELIEF
 from surefoot.control.cycle import LARGEST_EXPONENT
-from surefoot.control.push_observer import OBSERVING, PUSH_OBSERVER
-from surefoot.control.tracking_law import PLAN, TRACKING
 from surefoot.control.unified.anticipation import anticipate, corner_time, saved_share, worth_after
 from surefoot.control.unified.landing_place import soft_error
-from surefoot.control.unified.problem import DECISION, LANDING, SITUATION, Limit
+from surefoot.control.unified.problem import Limit
 from surefoot.dcm.support import nearest_under_foot
-from surefoot.interface import COMMAND, Mode, Status
-
-UNIFIED = np.dtype(
-    [
-        ("tracking", TRACKING),
-        ("landing", LANDING),
-        ("anticipation", "f8"),
-        ("observing", OBSERVING),
-        ("commitment", "f8"),
-    ],
-)
-"""Parameters: of tracking, of the landing problem and of the push observer; 1 - e^(-omega h); how
-soon before a landing its time can still be brought forward [s]."""
-
-UNIFIED_STATE = np.dtype(
-    [
-        ("plan", PLAN),
-        ("belief", BELIEF),
-        ("observer", PUSH_OBSERVER),
-        ("situation", SITUATION),
-        ("decision", DECISION),
-        ("command", COMMAND),
-    ],
-)
+from surefoot.interface import Mode, Status
 
 MOVED = 1e-6
 """A landing that differs from the plan by less than this part of the step box, or of the planned

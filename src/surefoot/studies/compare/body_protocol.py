@@ -11,7 +11,7 @@ from typing import Any
 from msgspec import to_builtins
 
 from surefoot.checks import check_number, check_pair
-from surefoot.control.methods import method
+from surefoot.control.registry import find_method
 from surefoot.control.unified.fixed_landing import fixed_place, fixed_timing
 from surefoot.dcm.pushes import Push
 from surefoot.errors import ParameterError
@@ -52,7 +52,7 @@ class BodyMethod:
 
 
 def _published(key: str) -> BodyMethod:
-    one = method(key)
+    one = find_method(key)
     return BodyMethod(
         key, one.label, one.adapts, lambda robot, velocity: body_controller(key, robot, velocity)
     )

@@ -7,7 +7,7 @@ from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Any
 
-from surefoot.studies.engine.study_end import stopped_by_ctrl_c, tell_failures
+from surefoot.studies.engine.command import stopped_by_ctrl_c, tell_failures
 
 Progress = Callable[[str], AbstractContextManager[Callable[[int, int], None]]]
 """Shows how far something is, by its name."""

@@ -15,7 +15,7 @@ from surefoot.show.plain_table import markdown_table
 from surefoot.show.report_files import write_files
 from surefoot.studies.compare.budget import Budget, Kept, Wrong
 from surefoot.studies.compare.budget_figure import budget_figure, lost_words
-from surefoot.studies.compare.compare_words import TIME_WORDS, percent
+from surefoot.studies.engine.words import TIME_WORDS, percent
 from surefoot.version import VERSION
 
 TEXT, PICTURE = "budget.md", "budget.png"

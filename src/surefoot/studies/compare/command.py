@@ -20,7 +20,7 @@ from surefoot.studies.compare.command_body import (
     refuse_others,
 )
 from surefoot.studies.compare.command_walks import WalkQuestion, compare_walks, refuse_of_pushes
-from surefoot.studies.engine.study_end import stopped_by_ctrl_c, tell_failures
+from surefoot.studies.engine.command import stopped_by_ctrl_c, tell_failures
 
 if TYPE_CHECKING:
     from surefoot.robot.robot import Robot
@@ -167,11 +167,11 @@ def compare(
 
 def _all_methods(robot: Robot, velocity: tuple[float, float]) -> tuple[str, ...]:
     """All that can be compared on this robot; say what is left out, and why."""
-    from surefoot.control.methods import METHODS
+    from surefoot.control.registry import methods
     from surefoot.studies.compare.compare import able_methods
 
     able, left_out = able_methods(robot, velocity)
-    for one in METHODS:
+    for one in methods():
         if one.slow:
             left_out[one.key] = f"slow; ask for it with --method {one.key}"
     for key, reason in left_out.items():

@@ -11,7 +11,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from surefoot.control.methods import method
+from surefoot.control.registry import find_method
 from surefoot.errors import MissingExtraError, RobotError, StudyError
 from surefoot.robot.robot import Robot
 from surefoot.studies.compare.conditions import condition
@@ -182,7 +182,7 @@ def methods_of(protocol: Protocol, rows: Iterable[dict[str, Any]]) -> list[dict[
     for key in protocol.methods:
         own = [row for row in rows if row["method"] == key]
         if own:
-            words = {name: getattr(method(key), name) for name in TOLD}
+            words = {name: getattr(find_method(key), name) for name in TOLD}
             failing = min(min(row["impulse"], row["scanned"]) for row in own)
             told.append(words | decision_times(protocol, key, TIMING_IMPULSE * failing))
     return told
@@ -206,7 +206,7 @@ def able_methods(robot: Robot, velocity: tuple[float, float]) -> tuple[list[str]
     able, left_out = [], {}
     for key in every_method():
         try:
-            method(key).controller(robot, velocity)
+            find_method(key).controller(robot, velocity)
         except (RobotError, MissingExtraError) as error:
             left_out[key] = str(error)
         else:

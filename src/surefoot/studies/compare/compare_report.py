@@ -15,16 +15,11 @@ from surefoot.show.plain_table import markdown_table
 from surefoot.show.report_files import write_files
 from surefoot.studies.compare.compare_page import compare_page
 from surefoot.studies.compare.compare_table import compare_table
-from surefoot.studies.compare.compare_words import (
-    HEADING,
-    angle_words,
-    cautions,
-    protocol,
-    speed_words,
-)
+from surefoot.studies.compare.compare_words import HEADING, cautions, protocol
 from surefoot.studies.compare.comparison import Choice, Comparison, choose
 from surefoot.studies.compare.fraction_figure import fraction_figure
 from surefoot.studies.engine.push_map import push_map_figure
+from surefoot.studies.engine.words import angle_words, speed_words
 from surefoot.version import VERSION
 
 PAGE, TEXT, PICTURES = "compare.html", "compare.md", "pictures"

@@ -8,14 +8,7 @@ from rich.console import Console
 from rich.table import Table as TerminalTable
 
 from surefoot.show.plain_table import Table
-from surefoot.studies.compare.compare_words import (
-    INCOMPLETE,
-    angle_words,
-    impulse_words,
-    percent,
-    speed_words,
-    time_words,
-)
+from surefoot.studies.compare.compare_words import INCOMPLETE, impulse_words
 from surefoot.studies.compare.comparison import (
     DIRECTIONS,
     Choice,
@@ -24,6 +17,7 @@ from surefoot.studies.compare.comparison import (
     Score,
     choose,
 )
+from surefoot.studies.engine.words import angle_words, percent, speed_words, time_words
 
 COLUMNS = (
     "method",

@@ -15,9 +15,9 @@ from surefoot.checks import check_writable
 from surefoot.show import palette
 from surefoot.show.method_marks import mark
 from surefoot.show.picture_file import marker_path, write_picture
-from surefoot.studies.compare.compare_words import speed_words, time_words
 from surefoot.studies.compare.comparison import Comparison
 from surefoot.studies.engine.push_map import FORMATS
+from surefoot.studies.engine.words import speed_words, time_words
 
 _WIDTH, _LABELS, _ROW, _HEAD, _FOOT, _GAP = 11.0, 2.6, 0.34, 0.82, 0.95, 0.2
 _TIME_SHARE = 1.7

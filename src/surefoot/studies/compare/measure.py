@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from surefoot.control.methods import method
+from surefoot.control.registry import find_method
 from surefoot.dcm.causal_limit import causal_push_limit
 from surefoot.dcm.push_limit import fixed_steps_limit, push_limit
 from surefoot.dcm.pushes import Push
@@ -34,7 +34,7 @@ def controller_of(protocol: Protocol, key: str, leg_speed: float) -> Controller:
     Raises:
         SurefootError: the method cannot control this robot, or its library is not installed.
     """
-    one = method(key)
+    one = find_method(key)
     return one.controller(protocol.robot_with(leg_speed), protocol.velocity, **one.compared)
 
 

@@ -11,7 +11,7 @@ from typing import Any
 from msgspec import to_builtins
 
 from surefoot.checks import check_number
-from surefoot.control.methods import METHODS, method
+from surefoot.control.registry import find_method, methods
 from surefoot.dcm.nominal_gait import nominal_gait
 from surefoot.dcm.push_limit import check_leg
 from surefoot.dcm.pushes import push_direction
@@ -26,7 +26,7 @@ PUSHED_STEP = 2
 
 def every_method() -> tuple[str, ...]:
     """The keys of all methods but those that take milliseconds for one decision."""
-    return tuple(one.key for one in METHODS if not one.slow)
+    return tuple(one.key for one in methods() if not one.slow)
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,7 @@ class Protocol:
     Args:
         robot: who is pushed; its leg speed is replaced by `leg_speeds`.
         velocity: commanded (v_x, v_y) [m/s].
-        methods: keys of `control.methods`.
+        methods: keys of `control.registry`.
         directions: how many, evenly around; 4 are forward, outward, back and inward.
         phases: how many, evenly over a step.
         leg_speeds: limits of the swing foot; inf for none [m/s].
@@ -86,7 +86,7 @@ class Protocol:
 
     def __post_init__(self) -> None:
         for key in self.methods:
-            method(key)
+            find_method(key)
         for key in self.disturbances:
             condition(key)
         for name, usual in (("directions", 4), ("phases", 8), ("seeds", 3)):
@@ -136,7 +136,7 @@ class Protocol:
         nothing disturbs them.
         """
         gait = nominal_gait(self.robot, self.velocity)
-        fixed = method(cell.method).fixed_steps and cell.disturbance == UNDISTURBED
+        fixed = find_method(cell.method).fixed_steps and cell.disturbance == UNDISTURBED
         if fixed and cell.leg_speed >= gait.swing_speed:
             return replace(cell, leg_speed=math.inf)
         return cell

@@ -36,12 +36,13 @@ class Failure:
     error: str
 
 
-def without_infinity(row: Row) -> Row:
-    """A row for JSON, which has no word for infinity, nor for what is no number: null."""
-    return {
-        name: None if isinstance(value, float) and not math.isfinite(value) else value
-        for name, value in row.items()
-    }
+def without_infinity(value: Any) -> Any:
+    """Plain values for JSON, which has no word for infinity, nor for what is no number: null."""
+    if isinstance(value, dict):
+        return {name: without_infinity(one) for name, one in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [without_infinity(one) for one in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def study_as_numbers(study: Any) -> dict[str, Any]:

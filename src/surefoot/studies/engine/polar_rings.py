@@ -8,9 +8,9 @@ from collections.abc import Callable
 from matplotlib.projections.polar import PolarAxes
 from matplotlib.ticker import MaxNLocator
 
+from surefoot.dcm.pushes import DIRECTIONS
 from surefoot.show import palette
 from surefoot.show.picture_file import HALO
-from surefoot.studies.compare.comparison import DIRECTIONS
 
 
 def draw_rings(ax: PolarAxes, near: Callable[[float], float]) -> None:

@@ -22,9 +22,9 @@ from surefoot.errors import ParameterError
 from surefoot.show import palette
 from surefoot.show.method_marks import Mark, mark
 from surefoot.show.picture_file import marker_path, write_picture
-from surefoot.studies.compare.compare_words import speed_words
 from surefoot.studies.compare.comparison import Cell, Comparison, choose
 from surefoot.studies.engine.polar_rings import draw_rings
+from surefoot.studies.engine.words import speed_words
 
 FORMATS = (".png", ".pdf", ".svg")
 """The endings that a picture's file may have."""

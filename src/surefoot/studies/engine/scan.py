@@ -26,6 +26,11 @@ from surefoot.worlds.point.batch import simulate_batch
 LARGEST = 2.1
 """Where a scan gives up, as a multiple of m sqrt(g h)."""
 
+LARGEST_SHARE, LARGEST_BEYOND = 1.25, 50.0
+"""Where a study that knows the limit gives up: this share of it [-], and this much more [N s]. A
+trunk is a freedom that the limit does not know, and an observer's error may let a walk survive by
+luck what it could not know."""
+
 COMPILED_PORTION, PORTION = 64, 8
 """How many impulses are tried at once, with a compiled controller and without."""
 

@@ -117,7 +117,7 @@ def gentleness(
         velocity: commanded (v_x, v_y) [m/s].
         impulses: [N s].
         leg_speeds: limits of the swing foot; inf for none [m/s].
-        methods: keys of `control.methods`.
+        methods: keys of `control.registry`.
         report: called with how many walks are done, and of how many.
 
     Returns:

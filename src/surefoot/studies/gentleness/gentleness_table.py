@@ -8,7 +8,7 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table
 
-from surefoot.studies.compare.compare_words import speed_words
+from surefoot.studies.engine.words import speed_words
 
 QUANTITIES = {
     "zmp_peak": "ZMP peak [mm]",

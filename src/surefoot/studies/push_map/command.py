@@ -15,7 +15,7 @@ from surefoot.options import (
     progress_bar,
     robot_option,
 )
-from surefoot.studies.engine.study_end import stopped_by_ctrl_c
+from surefoot.studies.engine.command import stopped_by_ctrl_c
 
 
 @click.command("push-map")
@@ -65,7 +65,7 @@ def push_map(
     push-map-polar.png are pictures, push-map.parquet holds every walk. A map that was stopped goes
     on when the same command is given again; another one needs another DIR.
     """
-    from surefoot.control.methods import method
+    from surefoot.control.registry import find_method
     from surefoot.errors import ParameterError
     from surefoot.robot.robot import load_robot
     from surefoot.studies.push_map.push_grid import PushGrid
@@ -78,7 +78,7 @@ def push_map(
         )
     check_plotting()
     grid = PushGrid(directions, phases, step, step if full else coarse, push_duration)
-    who = method(key)
+    who = find_method(key)
     controller = who.controller(load_robot(robot).with_leg(max_speed=leg_speed), velocity)
     _map(controller, who.label, grid, out, workers, as_json)
 

@@ -30,7 +30,8 @@ from surefoot.interface import Controller
 from surefoot.rollout.description import describe
 from surefoot.rollout.outcome import recovery_time
 from surefoot.studies.engine.cells import Report, Row, without_infinity
-from surefoot.studies.engine.provenance import made_with, sources_stamp
+from surefoot.studies.engine.provenance import made_with
+from surefoot.studies.engine.study import stamp
 from surefoot.studies.engine.table import Shards, write_table
 from surefoot.studies.push_map.push_grid import PushGrid
 from surefoot.version import VERSION
@@ -327,7 +328,7 @@ def _common(controller: Controller, grid: PushGrid) -> dict[str, Any]:
         "velocity": list(controller.gait.velocity),
         "controller": f"{type(controller).__name__}({describe(controller)})",
         "version": VERSION,
-        "sources": sources_stamp("compare", "push_map"),
+        "sources": stamp(PushGrid),
     }
 
 

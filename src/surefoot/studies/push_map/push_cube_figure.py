@@ -16,9 +16,9 @@ from matplotlib.projections.polar import PolarAxes
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
+from surefoot.dcm.pushes import DIRECTIONS
 from surefoot.show import palette
 from surefoot.show.picture_file import HALO
-from surefoot.studies.compare.comparison import DIRECTIONS
 from surefoot.studies.engine.polar_rings import draw_rings
 from surefoot.studies.engine.push_map import FOOT_BAND, LIMIT
 from surefoot.studies.push_map.cube import PushCube

@@ -10,9 +10,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from surefoot.studies.compare.compare_page import embedded, words_table
-from surefoot.studies.compare.compare_words import angle_words, percent
-from surefoot.studies.compare.comparison import DIRECTIONS
+from surefoot.dcm.pushes import DIRECTIONS
+from surefoot.studies.compare.compare_page import words_table
+from surefoot.studies.engine.report import embedded
+from surefoot.studies.engine.words import angle_words, percent
 from surefoot.studies.push_map.cube import NOT_WALKED, RECOVERED, PushCube
 from surefoot.studies.push_map.push_cube_words import HEADING, finding, origin, protocol
 from surefoot.version import VERSION

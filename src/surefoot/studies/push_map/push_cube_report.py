@@ -8,11 +8,11 @@ from matplotlib import style
 from rich.console import Console
 from rich.table import Table
 
+from surefoot.dcm.pushes import DIRECTIONS
 from surefoot.show import palette
 from surefoot.show.picture_file import picture_bytes
 from surefoot.show.report_files import write_files
-from surefoot.studies.compare.compare_words import angle_words, percent
-from surefoot.studies.compare.comparison import DIRECTIONS
+from surefoot.studies.engine.words import angle_words, percent
 from surefoot.studies.push_map.cube import PushCube
 from surefoot.studies.push_map.push_cube_figure import heat_figure, polar_figure
 from surefoot.studies.push_map.push_cube_page import cube_page

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from surefoot.studies.compare.compare_words import RECOVERED_WORDS, angle_words, percent
+from surefoot.studies.engine.words import RECOVERED_WORDS, angle_words, percent
 from surefoot.studies.push_map.cube import PushCube
 
 HEADING = "How hard a push is survived, from any side at any time"

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from surefoot.control.dcm_tracking import DcmTracking
 from surefoot.control.hybrid import HybridController
+from surefoot.control.tracking import DcmTracking
 from surefoot.dcm.nominal_gait import NominalGait, nominal_gait
 from surefoot.robot.feet import Footstep
 from surefoot.robot.robot import Robot

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from surefoot.control.dcm_tracking import DcmTracking
 from surefoot.control.hybrid import HybridController
+from surefoot.control.tracking import DcmTracking
 from surefoot.dcm.pushes import Push
 from surefoot.interface import Command, Controller
 from surefoot.robot.feet import Side

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from surefoot.options import check_plotting, json_option, print_json, progress_bar
-from surefoot.studies.engine.study_end import stopped_by_ctrl_c, tell_failures
+from surefoot.studies.engine.command import stopped_by_ctrl_c, tell_failures
 
 if TYPE_CHECKING:
     from surefoot.studies.sweep.sweep import SweepTable

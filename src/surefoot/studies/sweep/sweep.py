@@ -10,11 +10,12 @@ from typing import Any
 
 import msgspec
 
-from surefoot.control.methods import method
+from surefoot.control.registry import find_method
 from surefoot.errors import RobotError, VelocityError
 from surefoot.robot.robot import Robot, load_robot
 from surefoot.studies.engine.cells import Failure, Row, measure_missing
-from surefoot.studies.engine.provenance import made_with, sources_stamp
+from surefoot.studies.engine.provenance import made_with
+from surefoot.studies.engine.study import stamp
 from surefoot.studies.engine.table import Shards, write_table
 from surefoot.studies.engine.workers import Processes, Workers
 from surefoot.studies.sweep.sweep_cell import Sweep, measure_cells
@@ -80,7 +81,7 @@ def run_sweep(
     sweep = Sweep(study, robot)
     # A method that cannot be used at all is refused now rather than cell by cell.
     _check_fixed(study, robot)
-    compiled = method(study.controller).controller(robot, (0.0, 0.0)).kernel is not None
+    compiled = find_method(study.controller).controller(robot, (0.0, 0.0)).kernel is not None
     wanted = list(sweep_cells(study))
     # What is drawn from lists may come twice; it is measured once.
     cells = {cell_key(cell.values): cell for cell in wanted}
@@ -145,7 +146,7 @@ def _common(study: Study, robot: Robot) -> dict[str, Any]:
 
 def _stamp() -> str:
     """All sources that a row depends on, as a hash: the kernels, and what asks the questions."""
-    return sources_stamp("compare", "sweep")
+    return stamp(Study)
 
 
 def _provenance(study: Study, robot: Robot) -> dict[str, str]:

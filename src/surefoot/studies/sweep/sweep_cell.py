@@ -13,7 +13,7 @@ from surefoot.errors import SurefootError
 from surefoot.robot.feet import Side
 from surefoot.robot.robot import Robot
 from surefoot.rollout.outcome import recovery_time
-from surefoot.studies.engine.scan import smallest_failing_push
+from surefoot.studies.engine.scan import LARGEST_BEYOND, LARGEST_SHARE, smallest_failing_push
 from surefoot.studies.sweep.sweep_parameters import Situation, situation
 from surefoot.studies.sweep.sweep_sampling import SweepCell
 from surefoot.studies.sweep.sweep_study import Study
@@ -22,10 +22,6 @@ from surefoot.worlds.point.walks import Walks
 
 REFUSED = "refused"
 """The outcome of a cell whose robot, gait or controller there cannot be."""
-
-BEYOND = 1.25, 50.0
-"""A scan for the smallest failing push gives up at this share of the limit [-], and this much more
-[N s]: an observer's error may let a walk survive by luck what it could not know."""
 
 OUTCOMES = {
     "outcome": "", "survived": False, "end_time": math.nan, "steps": -1, "recovery_time": math.nan,
@@ -146,7 +142,7 @@ def _limit(study: Study, one: Situation) -> dict[str, Any]:
         start=one.start(),
         duration=one.push["duration"],
         step=study.step,
-        largest=BEYOND[0] * limit + BEYOND[1],
+        largest=LARGEST_SHARE * limit + LARGEST_BEYOND,
         first_support=Side.RIGHT,
         workers=1,
         plant=one.plant,

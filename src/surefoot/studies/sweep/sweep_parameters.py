@@ -11,7 +11,7 @@ import msgspec
 
 from surefoot.checks import check_number, closest
 from surefoot.control.estimator import whole_cycles
-from surefoot.control.methods import method
+from surefoot.control.registry import find_method
 from surefoot.control.settings import checked_settings, settings
 from surefoot.dcm.pushes import Push, push_direction
 from surefoot.errors import ParameterError
@@ -165,7 +165,9 @@ def situation(robot: Robot, controller: str, values: Mapping[str, Any]) -> Situa
     told = settings(controller)
     whole = {name: _whole(f"controller.{name}", wanted, name, told[name]) for name in told}
     given = {name: value for name, value in whole.items() if _is_named(name, wanted)}
-    decides = method(controller).controller(known, velocity, **checked_settings(controller, given))
+    decides = find_method(controller).controller(
+        known, velocity, **checked_settings(controller, given)
+    )
     wrong = rooms.get("disturbance", {})
     usual = Disturbance()
     parts = {

@@ -18,7 +18,7 @@ from surefoot.options import (
     progress_bar,
     robot_option,
 )
-from surefoot.studies.engine.study_end import stopped_by_ctrl_c
+from surefoot.studies.engine.command import stopped_by_ctrl_c
 
 USUAL_LEG_SPEED = 3.0
 """Of a robot whose file names no limit [m/s]."""
@@ -35,7 +35,7 @@ compares."""
 @robot_option
 @click.option(
     "--controller", default="unified", show_default=True, metavar="METHOD",
-    help="What is tuned: unified, hybrid, step-timing, tracking or tracking-stiff.",
+    help="What is tuned; a wrong METHOD lists those that can be.",
 )  # fmt: skip
 @click.option(
     "--velocity", nargs=2, type=float, default=(0.5, 0.0), show_default="0.5 0", metavar="VX VY",

@@ -12,7 +12,8 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from surefoot.control.settings import settings, with_settings
+from surefoot.control.registry import methods
+from surefoot.control.settings import searched, settings, with_settings
 from surefoot.errors import ParameterError
 from surefoot.robot.robot import Robot, load_robot
 
@@ -54,34 +55,13 @@ class Knob:
         return float(value[COMPONENTS.index(component)] if component else value)
 
 
-_OFFSET_WEIGHTS = (Knob("offset_weight.x", 1.0, 1e6), Knob("offset_weight.y", 1.0, 1e6))
-_OWN_WEIGHTS = (
-    Knob("step_weight.y", 1e-5, 0.1), Knob("tau_weight", 1e-4, 10.0),
-    Knob("offset_weight.x", 1e-3, 1e3), Knob("offset_weight.y", 1e-3, 1e3),
-)  # fmt: skip
-"""Those of the unified controller, which have no units."""
+def usual_knobs(key: str) -> tuple[Knob, ...]:
+    """What is searched in a method unless one is told otherwise: what its fields say.
 
-_STEP_WEIGHTS = (Knob("step_weight.y", 0.01, 100.0), Knob("tau_weight", 0.001, 100.0))
-
-RANGES: Mapping[str, tuple[Knob, ...]] = {
-    "unified": (
-        Knob("reserve", 0.001, 0.06),
-        Knob("comfort", 0.001, 0.06),
-        Knob("dcm_gain", 0.5, 30.0),
-        *_OWN_WEIGHTS,
-    ),
-    "hybrid": (
-        Knob("threshold", 0.002, 0.2),
-        Knob("dcm_gain", 0.5, 30.0),
-        *_STEP_WEIGHTS,
-        *_OFFSET_WEIGHTS,
-        Knob("offset_penalty", 1e3, 1e9),
-    ),
-    "step-timing": (*_STEP_WEIGHTS, *_OFFSET_WEIGHTS, Knob("offset_penalty", 1e3, 1e9)),
-    "tracking": (Knob("dcm_gain", 0.5, 100.0),),
-    "tracking-stiff": (Knob("dcm_gain", 0.5, 100.0),),
-}
-"""What is searched unless one is told otherwise, by the key of the method."""
+    Raises:
+        ParameterError: no such method.
+    """
+    return tuple(Knob(name, *ends) for name, ends in searched(key).items())
 
 
 def knobs_of(
@@ -94,7 +74,7 @@ def knobs_of(
 
     Args:
         key: of the method.
-        asked: `NAME` or `NAME=LOW:HIGH`; only these are searched. All of `RANGES` if none.
+        asked: `NAME` or `NAME=LOW:HIGH`; only these are searched. The usual ones if none.
         robot: whose defaults count; the paper's biped if None.
         velocity: of its gait [m/s].
 
@@ -102,12 +82,12 @@ def knobs_of(
         ParameterError: a method without knobs, an unknown one, or a range that is none or leaves
             out the default.
     """
-    usual = {knob.name: knob for knob in RANGES.get(key, ())}
-    settings(key)  # refused now, if there is no such method
+    usual = {knob.name: knob for knob in usual_knobs(key)}
     texts = list(asked)
     if not usual:
+        able = [one.key for one in methods() if usual_knobs(one.key)]
         raise ParameterError(
-            f"a compiled method with gains ({', '.join(RANGES)})",
+            f"a compiled method with gains ({', '.join(able)})",
             repr(key),
             "choose one of these; a slow method takes too long to be tried often",
         )

@@ -24,14 +24,12 @@ from dataclasses import asdict, dataclass
 import numpy as np
 
 from surefoot.dcm.nominal_gait import NominalGait
-from surefoot.dcm.pushes import Push
 from surefoot.interface import Controller
 from surefoot.robot.feet import Side
 from surefoot.robot.robot import Robot
-from surefoot.studies.compare.measure import LARGEST_SHARE
-from surefoot.studies.compare.question import Cell, Protocol
-from surefoot.studies.engine.scan import smallest_failing_push
-from surefoot.studies.gentleness.gentleness import Answer, answer
+from surefoot.studies.engine.push_answer import Answer, answer
+from surefoot.studies.engine.pushed_walk import PUSHED_SIDE, PushCell, PushedWalk
+from surefoot.studies.engine.scan import LARGEST_SHARE, smallest_failing_push
 
 STEP_WEIGHT = 10.0
 """Of the shares of landing and timing against that of the ZMP [-]. A ZMP that stays under the sole
@@ -44,7 +42,7 @@ SIDES = (Side.LEFT, Side.RIGHT)
 class Pushed:
     """A cell with what nobody can pass there [N s]."""
 
-    cell: Cell
+    cell: PushCell
     limit: float
 
 
@@ -83,9 +81,10 @@ class Score:
 
 def score(
     controller: Controller,
-    protocol: Protocol,
+    walk: PushedWalk,
     cells: Sequence[Pushed],
     impulse: float,
+    step: float,
     *,
     workers: int | None = None,
 ) -> Score:
@@ -93,15 +92,15 @@ def score(
 
     Args:
         controller: what decides.
-        protocol: says when and where to, and in which steps the impulse is scanned.
+        walk: says when and where to.
         cells: the pushes, at least one.
         impulse: of the small ones [N s].
+        step: of the scan over the impulse [N s].
         workers: threads, all cores if None; their number changes nothing.
     """
-    shares = [survived(controller, protocol, one, workers) / one.limit for one in cells]
+    shares = [survived(controller, walk, one, step, workers) / one.limit for one in cells]
     efforts = [
-        effort_of(answer(controller, _push(protocol, one.cell, impulse)), controller)
-        for one in cells
+        effort_of(answer(controller, walk.push(one.cell, impulse)), controller) for one in cells
     ]
     zmp, landing, timing = (math.fsum(part) / len(cells) for part in zip(*efforts, strict=True))
     worst = int(np.argmin(shares))
@@ -118,18 +117,22 @@ def score(
 
 
 def survived(
-    controller: Controller, protocol: Protocol, pushed: Pushed, workers: int | None = None
+    controller: Controller,
+    walk: PushedWalk,
+    pushed: Pushed,
+    step: float,
+    workers: int | None = None,
 ) -> float:
     """The largest impulse below which all are survived [N s]."""
     cell = pushed.cell
     return smallest_failing_push(
         controller,
-        protocol.direction(cell.angle),
-        start=protocol.push_start(cell.phase),
+        walk.direction(cell.angle),
+        start=walk.start(cell.phase),
         duration=cell.push_duration,
-        step=protocol.step,
+        step=step,
         largest=LARGEST_SHARE * pushed.limit,
-        first_support=Side.RIGHT,
+        first_support=PUSHED_SIDE,
         workers=workers,
     ).survived
 
@@ -162,8 +165,3 @@ def largest_delay(robot: Robot, gait: NominalGait) -> float:
     """The most by which a step can be shorter or longer than nominally [s]."""
     low, high = robot.gait.step_duration
     return max(gait.step_duration - low, high - gait.step_duration)
-
-
-def _push(protocol: Protocol, cell: Cell, impulse: float) -> Push:
-    start = protocol.push_start(cell.phase)
-    return Push.of_impulse(impulse, protocol.direction(cell.angle), start, cell.push_duration)

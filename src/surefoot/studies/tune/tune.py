@@ -238,8 +238,8 @@ def _provenance(question: Question, trials: int, prefer: str) -> dict[str, str]:
         "leg": f"{swing.max_speed:g} m/s, {swing.max_acceleration:g} m/s^2",
         "controller": question.method,
         "pushes": f"{question.directions} directions, {question.phases} phases of the step, "
-        f"{question.protocol.push_durations[0]:g} s long",
-        "scan": f"in steps of {question.protocol.step:g} N s",
+        f"{question.seen[0].cell.push_duration:g} s long",
+        "scan": f"in steps of {question.scan_step:g} N s",
         "small push": f"{question.impulse:g} N s",
         "trials": f"{trials}",
         "seed": f"{question.seed}",

@@ -11,9 +11,9 @@ from msgspec import to_builtins
 from surefoot.checks import check_number, check_seed
 from surefoot.control.settings import with_settings
 from surefoot.robot.robot import Robot
-from surefoot.studies.compare.measure import limits_of
-from surefoot.studies.compare.question import Protocol
-from surefoot.studies.engine.provenance import installed_version, sources_stamp
+from surefoot.studies.engine.provenance import installed_version
+from surefoot.studies.engine.pushed_walk import PushedWalk, push_cells
+from surefoot.studies.engine.study import stamp
 from surefoot.studies.tune.knobs import Knob, knobs_of, parameters_of
 from surefoot.studies.tune.push_score import Pushed, Score, score
 from surefoot.version import VERSION
@@ -54,7 +54,8 @@ class Question:
     step: float = STEP_SHARE
     seed: int = 0
     knobs: tuple[Knob, ...] = field(init=False)
-    protocol: Protocol = field(init=False, repr=False)
+    walk: PushedWalk = field(init=False, repr=False)
+    scan_step: float = field(init=False)
     seen: tuple[Pushed, ...] = field(init=False, repr=False)
     unseen: tuple[Pushed, ...] = field(init=False, repr=False)
     impulse: float = field(init=False)
@@ -66,11 +67,9 @@ class Question:
             self, "knobs", knobs_of(self.method, self.asked, self.robot, self.velocity)
         )
         with_settings(self.method, self.robot, self.velocity, {})  # refused now, not in a trial
-        asked = Protocol(
-            self.robot, self.velocity, methods=(self.method,), directions=self.directions,
-            phases=self.phases, leg_speeds=(self.robot.swing.max_speed,),
-        )  # fmt: skip
-        cells = list(asked.cells())
+        walk = PushedWalk(self.robot, self.velocity)
+        walk.check_leg()
+        cells = push_cells(self.directions, self.phases)
         # What the search does not see lies half-way between what it does.
         others = [
             replace(
@@ -81,11 +80,11 @@ class Question:
             for cell in cells
         ]
         for name, some in (("seen", cells), ("unseen", others)):
-            pushed = tuple(Pushed(one, limits_of(asked, one)["limit_finite"]) for one in some)
+            pushed = tuple(Pushed(one, walk.limits(one)["limit_finite"]) for one in some)
             object.__setattr__(self, name, pushed)
         smallest = min(one.limit for one in self.seen)
-        step = float(f"{self.step * smallest:.2g}")
-        object.__setattr__(self, "protocol", replace(asked, step=step))
+        object.__setattr__(self, "walk", walk)
+        object.__setattr__(self, "scan_step", float(f"{self.step * smallest:.2g}"))
         object.__setattr__(self, "impulse", float(f"{SMALL_SHARE * smallest:.2g}"))
 
     def parameters(self, values: Mapping[str, float]) -> dict[str, Any]:
@@ -101,7 +100,7 @@ class Question:
             SurefootError: it refuses them.
         """
         controller = with_settings(self.method, self.robot, self.velocity, self.parameters(values))
-        return score(controller, self.protocol, cells, self.impulse, workers=workers)
+        return score(controller, self.walk, cells, self.impulse, self.scan_step, workers=workers)
 
     def common(self) -> dict[str, Any]:
         """What a folder is kept for, as plain values."""
@@ -122,4 +121,4 @@ class Question:
 
 def tune_stamp() -> str:
     """All sources that a trial depends on, as a hash: the kernels, and what asks the questions."""
-    return sources_stamp("compare", "gentleness", "tune")
+    return stamp(Question)

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from surefoot.studies.compare.compare_words import angle_words
+from surefoot.studies.engine.words import angle_words
 
 COLUMNS = ("pushes", "", "survived", "weakest push", "gentleness", "ZMP", "landing", "timing")
 """Of the table of scores."""

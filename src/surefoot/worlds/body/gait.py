@@ -11,7 +11,7 @@ from typing import Any
 
 import msgspec
 
-from surefoot.control.methods import method
+from surefoot.control.registry import find_method
 from surefoot.errors import ParameterError
 from surefoot.interface import Controller
 from surefoot.robot.gait import GaitLimits
@@ -43,7 +43,7 @@ LEG_SPEED, LEG_ACCELERATION = 0.9, 0.59
 that hangs straight down: the trunk turns the other way, the leg is carried, and the knee bends."""
 
 PARAMETERS = MappingProxyType({"unified": {"horizon": 0.5, "tau_weight": 0.005, "commitment": 0.5}})
-"""What a method does differently on a body, by its key in `control.methods`: times in shortest
+"""What a method does differently on a body, by its key in `control.registry`: times in shortest
 steps.
 
 The unified controller steps sooner rather than wider, which friction and legs limit; it does not
@@ -106,7 +106,7 @@ def body_parameters(key: str, robot: Robot) -> dict[str, Any]:
     """What a method does differently on a body of a robot, from `PARAMETERS`, in SI units.
 
     Args:
-        key: of the method, see `control.methods`.
+        key: of the method, see `control.registry`.
         robot: that `walking_robot` made.
     """
     shortest = robot.gait.step_duration[0]
@@ -120,7 +120,7 @@ def body_controller(
     """The controller of a method for a robot that `walking_robot` made.
 
     Args:
-        key: of the method, see `control.methods`.
+        key: of the method, see `control.registry`.
         robot: what it believes in.
         velocity: commanded [m/s].
         **parameters: of the method, instead of its own on a body.
@@ -129,7 +129,7 @@ def body_controller(
         SurefootError: there is no such method, it leans a trunk as a flywheel, or it refuses the
             arguments.
     """
-    one = method(key)
+    one = find_method(key)
     if one.leans:
         raise ParameterError(
             "a method that leaves the trunk upright: a body's is a link, and no flywheel",

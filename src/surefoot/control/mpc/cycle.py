@@ -7,18 +7,19 @@ import math
 import numpy as np
 
 from surefoot.compiled import njit
-from surefoot.control.belief import BELIEF, PENDULUM, hold, look, mark
-from surefoot.control.cycle import command_swing, growth_since_touchdown, side_index
+from surefoot.control.belief import BELIEF, PENDULUM, hold, look
+from surefoot.control.cycle import growth_since_touchdown, side_index
 from surefoot.control.push_observer import (
     OBSERVING,
     PUSH_OBSERVER,
     observe_push,
     remember,
 )
-from surefoot.control.tracking_law import (
+from surefoot.control.tracking import (
     PLAN,
     TRACKING,
     begin_plan,
+    end_cycle,
     follow_plan,
     keep_box,
     plan_landing,
@@ -346,14 +347,5 @@ def act(parameters, state, next_state):
     if observation.elapsed > plan.step_duration + DUE:
         command.status |= _NO_TIME_LEFT
     command.step_duration = max(plan.step_duration, observation.elapsed)
-    command_swing(
-        parameters.tracking.swing,
-        observation,
-        (0.0, plan.step_duration),
-        parameters.tracking.landing_yaw,
-        state[0].command,
-        plan.phase,
-        decision.new_step != 0,
-        command,
-    )
-    mark(next_state[0])
+    in_the_air = 0.0, plan.step_duration
+    end_cycle(parameters.tracking, in_the_air, decision.new_step != 0, state[0], next_state[0])

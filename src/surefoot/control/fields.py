@@ -1,0 +1,172 @@
+"""What can be set in a controller, declared once, on its field: default, unit, words and range.
+
+Checks, the Args of the class, `surefoot tune` and `surefoot sweep` read it there.
+"""
+
+from __future__ import annotations
+
+import inspect
+import math
+import textwrap
+from dataclasses import dataclass, field, fields, is_dataclass
+from typing import Any, TypeVar
+
+from surefoot.checks import check_number, check_pair, check_weights
+
+_Class = TypeVar("_Class", bound=type)
+
+LINE = 100
+"""Where a line of a docstring ends."""
+
+Interval = tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Setting:
+    """What a field of a controller says of its value.
+
+    Attributes:
+        unit: "" for what is no number.
+        words: what it is, and what it is if None.
+        least: smallest value; None if the class checks the value itself [unit].
+        excluded: whether `least` itself is refused too.
+        endless: whether infinity is allowed.
+        is_weight: whether it is a weight of the cost that is minimised.
+        search: interval in which `surefoot tune` searches it; for a pair, one for each component
+            or None [unit].
+    """
+
+    unit: str
+    words: str
+    least: float | None = None
+    excluded: bool = False
+    endless: bool = False
+    is_weight: bool = False
+    search: Interval | tuple[Interval | None, Interval | None] | None = None
+
+
+def setting(
+    default: Any,
+    unit: str,
+    words: str,
+    *,
+    least: float | None = None,
+    above: float | None = None,
+    endless: bool = False,
+    is_weight: bool = False,
+    search: Interval | tuple[Interval | None, Interval | None] | None = None,
+    kw_only: bool | None = None,
+) -> Any:
+    """A field of a controller that can be set.
+
+    Args:
+        default: its value; None if the controller finds its own, see `fill_in`.
+        unit: "" for what is no number.
+        words: what it is, and what it is if None.
+        least: smallest value that is allowed.
+        above: instead of `least`, the largest value that is not allowed.
+        endless: whether infinity is allowed.
+        is_weight: whether it is a weight of the cost that is minimised.
+        search: interval in which `surefoot tune` searches it; for a pair, one for each component
+            or None.
+        kw_only: whether it is given by its name only; as the class says if None.
+    """
+    declared = Setting(
+        unit, words, least if above is None else above, above is not None, endless, is_weight,
+        search,
+    )  # fmt: skip
+    by_name = {} if kw_only is None else {"kw_only": kw_only}
+    return field(default=default, metadata={"setting": declared}, **by_name)
+
+
+def described(words: str, unit: str = "") -> dict[str, Setting]:
+    """The metadata of a field that has no default: `field(metadata=described("..."))`."""
+    return {"setting": Setting(unit, words)}
+
+
+def declared(cls: Any) -> dict[str, Setting]:
+    """What the fields of a controller class say of themselves; those that all classes share last.
+
+    Robot and velocity come first.
+    """
+    known = sorted(fields(cls), key=lambda of: of.kw_only)
+    return {of.name: of.metadata["setting"] for of in known if "setting" in of.metadata}
+
+
+def check_fields(controller: Any) -> None:
+    """Refuse a setting outside its range, and weights of one cost too far from each other.
+
+    Raises:
+        ParameterError: a setting is refused.
+    """
+    weights = {}
+    for of in fields(controller):
+        known: Setting | None = of.metadata.get("setting")
+        if known is None:
+            continue
+        value = getattr(controller, of.name)
+        if value is None and of.default is None:
+            continue
+        if known.least is not None and isinstance(of.default, tuple):
+            check_pair(of.name, value, known.least, known.unit)
+        elif known.least is not None:
+            check_number(
+                of.name, value, known.least, known.unit,
+                above=known.excluded, endless=known.endless,
+            )  # fmt: skip
+        if known.is_weight:
+            weights[of.name] = value
+    check_weights(**weights)
+
+
+def documented(cls: _Class) -> _Class:
+    """Write what the fields say of themselves into the docstring of a class, as its Args."""
+    lines = [*map(_line, declared(cls).items())]
+    about, mark, rest = inspect.cleandoc(cls.__doc__ or "").partition("\nRaises:")
+    cls.__doc__ = "\n".join([about.rstrip(), "", "Args:", *lines, *([mark + rest] if mark else [])])
+    return cls
+
+
+def _line(entry: tuple[str, Setting]) -> str:
+    name, known = entry
+    unit = f" [{known.unit}]" if known.unit else ""
+    return textwrap.fill(
+        f"{name}: {known.words}{unit}.", LINE, initial_indent=4 * " ", subsequent_indent=8 * " "
+    )
+
+
+def search_intervals(make: Any) -> dict[str, Interval]:
+    """Where `surefoot tune` searches, by name; a component of a pair has `.x` or `.y` behind.
+
+    Args:
+        make: a controller class, or anything else that makes controllers.
+    """
+    found: dict[str, Interval] = {}
+    for name, known in declared(make).items() if is_dataclass(make) else ():
+        if isinstance(known.search, tuple) and isinstance(known.search[0], float):
+            found[name] = known.search  # type: ignore[assignment]
+        elif known.search is not None:
+            pairs = zip("xy", known.search, strict=True)
+            found |= {f"{name}.{part}": ends for part, ends in pairs if isinstance(ends, tuple)}
+    return found
+
+
+class Own(float):
+    """A value that was left out: it follows from robot, gait and period.
+
+    A copy of a controller for another robot or velocity, by `dataclasses.replace`, finds its own
+    again. To keep the number, give it as a plain float.
+    """
+
+
+def fill_in(controller: Any, **values: float) -> None:
+    """Give these values to the parameters that were left out."""
+    for name, value in values.items():
+        known = getattr(controller, name)
+        if known is None or isinstance(known, Own):
+            object.__setattr__(controller, name, Own(value))
+
+
+def filled(value: float | None) -> float:
+    """A parameter that `fill_in` has seen to."""
+    return math.nan if value is None else value

@@ -1,0 +1,354 @@
+"""Linear MPC for walking: one quadratic program per axis about the nominal gait.
+
+On a horizon of intervals with constant ZMP, as in [Wieber2006] and [Herdt2010], but with the ZMP
+itself as the input: with the CoM's jerk as the input the ZMP cannot jump from foot to foot, so
+between the samples around a touchdown it would lie where no foot is.
+
+All unknowns are deviations from the nominal gait, so the program of an undisturbed robot has the
+solution 0 and every limit is a bound: on the ZMP relative to its foot, on the step vectors, on the
+hip torque. What differs among the methods is which of these are free. The program is solved by DAQP
+([Arnstrom2022]); here it is only put together.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import cache
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from surefoot.checks import check_number, optional_module
+from surefoot.control.base import GaitController
+from surefoot.control.cycle import side_index
+from surefoot.control.defaults import natural_length
+from surefoot.control.fields import filled, setting
+from surefoot.control.mpc.cycle import DUE, HELD, MPC, MPC_STATE, SOLVE, act, decide, prepare
+from surefoot.control.push_observer import observing
+from surefoot.control.tracking import NO_GAIN, tracking_parameters
+from surefoot.dcm.nominal_gait import NominalGait
+from surefoot.errors import ParameterError
+from surefoot.interface import Command, Observation
+from surefoot.record import new_array
+from surefoot.robot.feet import Side
+
+VELOCITY_WEIGHT = 12.26
+"""Default weight of the CoM velocity over omega, beside a weight of 1 on a ZMP [1/m^2]."""
+
+MOVED = 1.25e-4
+"""A landing further than this from the planned one is another one, as a fraction of the height of
+the CoM."""
+
+_SOLVED, _SOFT = 1, 8
+"""DAQP's words for an answer, and for a bound that may be violated."""
+
+NEXT_NODE = 1e-9
+"""A node this fraction of a sample ahead is now."""
+
+
+@dataclass(frozen=True)
+class Horizon:
+    """Intervals of a horizon, seen from one moment of a step.
+
+    Nodes lie at multiples of the sample since touchdown, so a touchdown is one of them; only the
+    first interval is shorter.
+
+    Attributes:
+        lengths: of the intervals [s], shape (n,).
+        feet: which foot stands in each: 0 the present one, 1 the next one, ..., shape (n,).
+    """
+
+    lengths: NDArray[np.float64]
+    feet: NDArray[np.int64]
+
+
+def horizon(elapsed: float, sample: float, samples: int, samples_per_step: int) -> Horizon:
+    """The horizon from `elapsed` since touchdown on.
+
+    Args:
+        elapsed: now, in [0, sample * samples_per_step) [s].
+        sample: distance of the nodes [s].
+        samples: how many intervals.
+        samples_per_step: a step lasts so many samples.
+    """
+    node = math.floor(elapsed / sample + NEXT_NODE)
+    lengths = np.full(samples, sample)
+    lengths[0] = (node + 1) * sample - elapsed
+    return Horizon(lengths, (node + np.arange(samples)) // samples_per_step)
+
+
+def velocity_response(
+    omega: float, lengths: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """The CoM velocity at the end of each interval, for a state whose convergent part is nought.
+
+        velocity = from_dcm dcm + from_zmp zmp
+
+    by the exact flow of the LIPM, see `dcm.pendulum`; there, com = dcm / 2.
+
+    Args:
+        omega: natural frequency [1/s].
+        lengths: of the intervals [s], shape (n,).
+
+    Returns:
+        from_dcm (n,) [1/s]; from_zmp (n, n) [1/s].
+    """
+    count = len(lengths)
+    inputs, from_zmp = np.zeros((2, count)), np.empty((count, count))
+    for i, length in enumerate(lengths):
+        cosh, sinh = math.cosh(omega * length), math.sinh(omega * length)
+        inputs = np.array([[cosh, sinh / omega], [omega * sinh, cosh]]) @ inputs
+        inputs[:, i] = 1.0 - cosh, -omega * sinh
+        from_zmp[i] = inputs[1]
+    return 0.5 * omega * np.exp(omega * np.cumsum(lengths)), from_zmp
+
+
+def push_response(
+    from_zmp: NDArray[np.float64], lengths: NDArray[np.float64], lasting: float
+) -> NDArray[np.float64]:
+    """The CoM velocity at the end of each interval under a push that goes on for a time.
+
+    A force F moves the CoM as a ZMP does that is F / (m omega^2) further back.
+
+    Args:
+        from_zmp: of `velocity_response`, shape (n, n) [1/s].
+        lengths: of the intervals [s], shape (n,).
+        lasting: how much longer it pushes [s].
+
+    Returns:
+        Velocity per F / (m omega^2) (n,) [1/s].
+    """
+    begins = np.cumsum(lengths) - lengths
+    return -from_zmp @ np.clip((lasting - begins) / lengths, 0.0, 1.0)
+
+
+def lean_response(
+    inertia: float, lengths: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Lean of the trunk, and its rate, at the end of each interval under constant hip torques.
+
+        (lean, rate) = from_state (lean, rate) + from_torque torque
+
+    Args:
+        inertia: of the trunk [kg m^2].
+        lengths: of the intervals [s], shape (n,).
+
+    Returns:
+        from_state (n, 2, 2); from_torque (n, 2, n) [rad/(N m)] and [rad/(s N m)].
+    """
+    count = len(lengths)
+    state, inputs = np.eye(2), np.zeros((2, count))
+    from_state, from_torque = np.empty((count, 2, 2)), np.empty((count, 2, count))
+    for i, length in enumerate(lengths):
+        flow = np.array([[1.0, length], [0.0, 1.0]])
+        state, inputs = flow @ state, flow @ inputs
+        inputs[:, i] = 0.5 * length * length / inertia, length / inertia
+        from_state[i], from_torque[i] = state, inputs
+    return from_state, from_torque
+
+
+def placed_feet(feet: NDArray[np.int64], steps: int) -> NDArray[np.float64]:
+    """Which step vectors the foot of each interval is the sum of, as zeros and ones (n, steps)."""
+    return (feet[:, None] > np.arange(steps)).astype(np.float64)
+
+
+@dataclass(frozen=True)
+class Programs:
+    """The quadratic program of every control cycle of a step, but for the robot's deviation.
+
+        minimise y' hessian y / 2 + (gain deviation)' y
+        subject to lower <= (y, rows y + row_state deviation) <= upper
+
+    Attributes:
+        hessian: shape (cycles, n, n).
+        gain: shape (cycles, n, m), for the deviation of the DCM (m = 1), and of a push as well
+            (m = 2), with the trunk's lean and its rate between them (m = 4).
+        rows: shape (cycles, r, n); r may be 0.
+        row_state: shape (cycles, r, m).
+    """
+
+    hessian: NDArray[np.float64]
+    gain: NDArray[np.float64]
+    rows: NDArray[np.float64]
+    row_state: NDArray[np.float64]
+
+
+@cache
+def _solver() -> Callable[..., Any]:
+    return optional_module("daqp", "model predictive control", "mpc").solve
+
+
+def default_push_horizon(gait: NominalGait, period: float, solve_period: float | None) -> float:
+    """How much longer a push is expected to go on [s].
+
+    A step as long as what was decided for it is taken back in the cycle in which it ends.
+    """
+    return gait.step_duration if solve_period is None or solve_period <= period else 0.0
+
+
+def samples_in(gait: NominalGait, sample: float) -> int:
+    """How many samples a step gets: it is divided evenly, so that touchdowns are nodes."""
+    return max(1, round(gait.step_duration / sample))
+
+
+def steps_ahead(gait: NominalGait, sample: float, samples: int) -> int:
+    """The most touchdowns inside a horizon."""
+    per_step = samples_in(gait, sample)
+    return (per_step - 1 + samples - 1) // per_step
+
+
+def horizons(gait: NominalGait, period: float, sample: float, samples: int) -> list[Horizon]:
+    """The horizon seen from each control cycle of a step."""
+    per_step = samples_in(gait, sample)
+    cycles = max(1, math.ceil(gait.step_duration / period - DUE))
+    node = gait.step_duration / per_step
+    return [horizon(cycle * period, node, samples, per_step) for cycle in range(cycles)]
+
+
+@dataclass(frozen=True)
+class RecedingHorizon(GaitController):
+    """What every linear MPC does with its programs; what they are is the subclass's own.
+
+    A library solves them, so it walks alone and not in a compiled batch.
+    """
+
+    STATE = MPC_STATE
+    SAMPLES_PER_STEP: ClassVar[int] = 5
+    """Intervals of the horizon in a nominal step if `sample` is None."""
+
+    samples: int = setting(16, "", "intervals of the horizon")
+    sample: float | None = setting(
+        None,
+        "s",
+        "their length; a step is divided evenly, into intervals close to it; T_nom over "
+        "`SAMPLES_PER_STEP` if None",
+        above=0.0,
+    )
+    velocity_weight: float | None = setting(
+        None,
+        "s^2/m^2",
+        "on the deviation of the CoM velocity from the nominal gait; 12.26 / omega^2 if None",
+        least=0.0,
+        is_weight=True,
+    )
+    zmp_weight: float = setting(
+        1.0,
+        "1/m^2",
+        "on the distance of the ZMP from the centre of the foot",
+        above=0.0,
+        is_weight=True,
+    )
+    solve_period: float | None = setting(
+        None,
+        "s",
+        "how often the program is solved, and at every sample; in every cycle if None",
+        kw_only=True,
+    )
+    period: float = setting(0.005, "s", "control period", above=0.0, kw_only=True)
+    programs: Programs = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        seen = horizons(self.gait, self.period, filled(self.sample), self.samples)
+        made = zip(*map(self.make_program, seen), strict=True)
+        object.__setattr__(self, "programs", Programs(*(np.array(part) for part in made)))
+
+    def check(self) -> None:
+        """Refuse what no receding horizon can work with; load its solver.
+
+        Raises:
+            ParameterError: a number is out of range.
+            MissingExtraError: DAQP is not installed.
+        """
+        if self.solve_period is not None:
+            check_number("solve_period", self.solve_period, self.period, "s", endless=True)
+        samples = self.samples
+        if isinstance(samples, bool) or not isinstance(samples, int) or samples < 1:
+            raise ParameterError(
+                "`samples` as a whole number of at least 1", repr(samples), "the paper has 16"
+            )
+        _solver()
+
+    def defaults(self) -> dict[str, float]:
+        """Sample, weight of the velocity, and how often a program is solved."""
+        return {
+            "sample": self.gait.step_duration / self.SAMPLES_PER_STEP,
+            "velocity_weight": VELOCITY_WEIGHT / self.robot.omega**2,
+            "solve_period": self.period,
+        }
+
+    def make_parameters(self) -> NDArray[np.void]:
+        """The `MPC` record with fixed steps and no trunk."""
+        robot, gait, parameters = self.robot, self.gait, new_array(MPC)
+        parameters["tracking"] = tracking_parameters(robot, gait, NO_GAIN, True, 0.0, self.period)
+        for side in Side:
+            parameters["nominal_step"][0, side_index.py_func(side)] = gait.step(side)
+        per_step = samples_in(gait, filled(self.sample))
+        parameters["solve_period"] = self.solve_period
+        parameters["samples_per_step"] = per_step
+        parameters["sample"] = gait.step_duration / per_step
+        parameters["samples"] = self.samples
+        parameters["unit"] = robot.com_height
+        parameters["moved"] = MOVED * robot.com_height
+        room = natural_length(robot, gait)
+        parameters["observing"] = observing(robot.omega, self.period, room)
+        return parameters
+
+    def make_program(self, seen: Horizon) -> tuple[NDArray[np.float64], ...]:
+        """Hessian, gain, rows and row_state of one control cycle, see `Programs`."""
+        raise NotImplementedError(f"{type(self).__name__}.make_program")
+
+    def start(self, observation: Observation) -> NDArray[np.void]:
+        """The state before the first cycle: a program is due.
+
+        Raises:
+            ParameterError: the observation is not finite.
+        """
+        state = super().start(observation)
+        state["decision"]["until"] = -math.inf
+        return state
+
+    def step(
+        self, state: NDArray[np.void], observation: Observation
+    ) -> tuple[Command, NDArray[np.void]]:
+        """One cycle; it solves a program if one is due, and keeps to the last one if not.
+
+        Should the solver fail, the robot stands on the centre of its foot and steps as planned,
+        with `Status.NOT_CONVERGED`.
+        """
+        parameters, programs = self.parameters, self.programs
+        next_state = new_array(MPC_STATE)
+        unknowns, rows = programs.gain.shape[1], programs.rows.shape[1]
+        deviation = np.empty((2, programs.gain.shape[2]))
+        gradient, solution = np.empty((2, unknowns)), np.zeros((2, unknowns))
+        lower, upper = np.empty((2, unknowns + rows)), np.empty((2, unknowns + rows))
+        task, cycle = prepare(
+            parameters, programs.gain, programs.row_state, state, observation.array, next_state,
+            deviation, gradient, lower, upper,
+        )  # fmt: skip
+        if task == SOLVE:
+            # The solver has tolerances of its own: in units of the robot they are the robot's.
+            unit = float(parameters["unit"][0])
+            gradient /= unit
+            lower[:, :unknowns] /= unit
+            upper[:, :unknowns] /= unit
+            sides = unit * programs.rows[cycle]
+            kinds = np.zeros(unknowns + rows, np.int32)
+            kinds[unknowns:] = _SOFT
+            solved = True
+            for i in range(2):
+                answer, _, flag, _ = _solver()(
+                    programs.hessian[cycle], gradient[i], sides, upper[i], lower[i], kinds.copy()
+                )  # fmt: skip
+                if flag >= _SOLVED:
+                    # The solver keeps bounds to its own tolerance only.
+                    solution[i] = np.clip(answer, lower[i, :unknowns], upper[i, :unknowns]) * unit
+                else:
+                    solved = False
+            decide(parameters, deviation, solution, cycle, solved, next_state)
+        if task != HELD:
+            act(parameters, state, next_state)
+        return Command.of(next_state["command"]), next_state

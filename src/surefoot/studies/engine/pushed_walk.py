@@ -1,0 +1,168 @@
+"""A steady walk that is pushed once: when, where to, and what nobody can survive there.
+
+Studies of pushes on a point mass ask about the same walk: the push comes in the third step, on the
+right foot, so outward is to the left.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from itertools import product
+from typing import Any
+
+from surefoot.control.registry import find_method
+from surefoot.dcm.causal_limit import causal_push_limit
+from surefoot.dcm.nominal_gait import NominalGait, nominal_gait
+from surefoot.dcm.push_limit import check_leg, fixed_steps_limit, push_limit
+from surefoot.dcm.pushes import Push, push_direction
+from surefoot.errors import ParameterError
+from surefoot.interface import Controller
+from surefoot.robot.feet import Side
+from surefoot.robot.robot import Robot
+
+PUSHED_STEP = 2
+"""The push comes in the third step, as in the paper; it is one on the right foot."""
+
+PUSHED_SIDE = Side.RIGHT
+"""The foot that stands in that step, and so in the first one."""
+
+
+@dataclass(frozen=True)
+class PushCell:
+    """One push, but for its size.
+
+    Attributes:
+        angle: from forward (0) towards the swing foot (90), back (180) and away from the swing
+            foot (270) [deg].
+        phase: when the push begins, as a fraction of the step.
+        push_duration: how long it lasts [s].
+    """
+
+    angle: float
+    phase: float
+    push_duration: float
+
+
+def push_cells(
+    directions: int, phases: int, push_durations: tuple[float, ...] = (0.2,)
+) -> list[PushCell]:
+    """Pushes evenly around and evenly over a step.
+
+    Args:
+        directions: how many; 4 are forward, outward, back and inward.
+        phases: how many.
+        push_durations: [s].
+
+    Raises:
+        ParameterError: a number is no whole one, or less than 1.
+    """
+    check_count("directions", directions, 4)
+    check_count("phases", phases, 8)
+    return [
+        PushCell(360.0 * direction / directions, phase / phases, duration)
+        for duration, phase, direction in product(push_durations, range(phases), range(directions))
+    ]
+
+
+def check_count(name: str, value: int, usual: int) -> None:
+    """Refuse what is no whole number of at least 1.
+
+    Raises:
+        ParameterError: it is none; the message names the usual one.
+    """
+    if isinstance(value, bool) or not isinstance(value, int) or value < 1:
+        raise ParameterError(
+            f"`{name}` as a whole number of at least 1", repr(value), f"{usual} is usual"
+        )
+
+
+@dataclass(frozen=True)
+class PushedWalk:
+    """The walk.
+
+    Args:
+        robot: who walks.
+        velocity: commanded (v_x, v_y) [m/s].
+
+    Raises:
+        VelocityError: from what needs its gait, if the velocity cannot be walked.
+    """
+
+    robot: Robot
+    velocity: tuple[float, float] = (0.5, 0.0)
+
+    @property
+    def gait(self) -> NominalGait:
+        """What it walks while nothing pushes it."""
+        return nominal_gait(self.robot, self.velocity)
+
+    def on_leg(self, leg_speed: float) -> PushedWalk:
+        """The same walk with this limit of the swing foot; inf for none [m/s]."""
+        return replace(self, robot=self.robot.with_leg(max_speed=leg_speed))
+
+    def controller(self, key: str) -> Controller:
+        """The controller of a method at its best on this robot; made once, since some take time.
+
+        Raises:
+            SurefootError: the method cannot control this robot, or its library is not installed.
+        """
+        return _controller(self, key)
+
+    def check_leg(self) -> None:
+        """Refuse a leg that is too slow for the gait.
+
+        Raises:
+            VelocityError: it is, or the velocity cannot be walked at all.
+        """
+        check_leg(self.robot, self.gait)
+
+    def start(self, phase: float) -> float:
+        """When a push of this phase begins [s]."""
+        return (PUSHED_STEP + phase) * self.gait.step_duration
+
+    def direction(self, angle: float) -> tuple[float, float]:
+        """The unit vector (x, y) of an angle [deg] in the world; exact on the axes."""
+        return push_direction(angle, PUSHED_SIDE)
+
+    def push(self, cell: PushCell, impulse: float) -> Push:
+        """The push of a cell with an impulse [N s]."""
+        return Push.of_impulse(
+            impulse, self.direction(cell.angle), self.start(cell.phase), cell.push_duration
+        )
+
+    def limits(self, cell: PushCell, plant: Robot | None = None) -> dict[str, float]:
+        """What nobody can survive in a cell [N s].
+
+        Args:
+            cell: says when and where to.
+            plant: the robot that is really pushed, if it is not the one of this walk.
+
+        Returns:
+            `limit_point` with the ZMP at rest in the centre of the foot, `limit_finite` with the
+            whole sole, `limit_causal` with it for those who do not know when the push ends,
+            `limit_fixed` with it but fixed steps.
+        """
+        robot = plant or self.robot
+        situation: dict[str, Any] = {
+            "velocity": self.velocity,
+            "elapsed": self.start(cell.phase) - self.start(0.0),
+            "duration": cell.push_duration,
+            "support_side": PUSHED_SIDE,
+        }
+        direction, reach = self.direction(cell.angle), robot.foot.half
+        fixed = fixed_steps_limit(robot, direction, duration=cell.push_duration)
+        return {
+            "limit_point": push_limit(robot, direction, **situation).impulse,
+            "limit_finite": push_limit(robot, direction, zmp_reach=reach, **situation).impulse,
+            "limit_causal": causal_push_limit(
+                robot, direction, zmp_reach=reach, **situation
+            ).impulse,
+            "limit_fixed": fixed.impulse,
+        }
+
+
+@lru_cache(maxsize=8)
+def _controller(walk: PushedWalk, key: str) -> Controller:
+    one = find_method(key)
+    return one.controller(walk.robot, walk.velocity, **one.compared)

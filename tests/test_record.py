@@ -1,0 +1,121 @@
+"""A record is declared once: its dtype, keywords, types and docstring come from its lines."""
+
+from __future__ import annotations
+
+from enum import IntEnum
+
+import numpy as np
+import pytest
+
+import surefoot as sf
+from surefoot.interface import Command, Mode, Observation, Status
+from surefoot.record import Array, Record, Vector2, field, new_array
+
+
+class Colour(IntEnum):
+    """Something to choose from."""
+
+    RED = 1
+    BLUE = 2
+
+
+class Landing(Record):
+    """A step that has ended."""
+
+    time: float = field("s", "time of the touchdown")
+    offset: Vector2 = field("m", "DCM relative to the foot (x, y)", default=(0.0, 0.1))
+    adapted: bool = field("", "whether the step was adapted", default=False)
+
+
+class Walk(Record):
+    """Landings one after the other."""
+
+    first: Landing = field("", "where the walk began")
+    colour: Colour = field("", "of the shoes", default=Colour.BLUE)
+    counts: Array = field("", "of steps", shape=3, kind=int, default=(0, 0, 0))
+    landings: Array = field("", "the last ones", shape=2, kind=Landing)
+    table: Array = field("m", "heights", shape=(2, 3), default=0.0)
+
+
+LANDING = [("time", "f8"), ("offset", "f8", (2,)), ("adapted", "?")]
+
+
+def walk() -> Walk:
+    return Walk(first=Landing(time=1.0), landings=np.zeros(2, Landing.DTYPE))
+
+
+def test_the_lines_make_the_dtype_that_kernels_see() -> None:
+    assert np.dtype(LANDING) == Landing.DTYPE
+    assert (
+        np.dtype(
+            [
+                ("first", LANDING),
+                ("colour", "i8"),
+                ("counts", "i8", (3,)),
+                ("landings", LANDING, (2,)),
+                ("table", "f8", (2, 3)),
+            ]
+        )
+        == Walk.DTYPE
+    )
+
+
+def test_every_kind_of_value_is_read_as_it_was_given() -> None:
+    made = walk().replace(counts=(1, 2, 3), first=Landing(time=2.0, offset=(3.0, 4.0)))
+    assert made.first == Landing(time=2.0, offset=(3.0, 4.0), adapted=False)
+    assert made.first.time == 2.0
+    assert made.first.adapted is False
+    assert made.first.offset.tolist() == [3.0, 4.0]
+    assert made.colour is Colour.BLUE
+    assert made.counts.tolist() == [1, 2, 3]
+    assert made.landings["offset"].shape == (2, 2)
+    assert made.table.shape == (2, 3)
+    assert walk() == walk() != made
+    assert repr(Landing(time=1.0)) == "Landing(time=1.0, offset=array([0. , 0.1]), adapted=False)"
+
+
+def test_a_record_is_a_value() -> None:
+    made = walk()
+    with pytest.raises(AttributeError, match=r"make another one with replace\(colour=...\)"):
+        made.colour = Colour.RED  # type: ignore[misc]
+    with pytest.raises(ValueError, match="read-only"):
+        made.table[0, 0] = 1.0
+    changed = made.replace(colour=Colour.RED)
+    assert (made.colour, changed.colour) == (Colour.BLUE, Colour.RED)
+
+
+def test_a_keyword_that_is_missing_or_unknown_is_named() -> None:
+    with pytest.raises(TypeError, match="missing a required argument: 'time'"):
+        Landing(offset=(0.0, 0.0))  # type: ignore[call-arg]
+    with pytest.raises(TypeError, match="unexpected keyword argument 'tim'"):
+        Landing(time=1.0, tim=2.0)  # type: ignore[call-arg]
+    with pytest.raises(ValueError, match="shape"):
+        Landing(time=1.0, offset=(1.0, 2.0, 3.0))
+
+
+def test_a_field_without_an_annotation_is_refused() -> None:
+    with pytest.raises(sf.ParameterError, match="expected an annotation of the field `time`"):
+        type("Bare", (Record,), {"time": field("s", "now")})
+
+
+@pytest.mark.parametrize("kind", [Observation, Command, sf.StepProblem, Landing, Walk])
+def test_the_docstring_has_a_line_with_the_unit_of_every_field(kind: type[Record]) -> None:
+    text = " ".join((kind.__doc__ or "").split())
+    for name, its in kind.FIELDS.items():
+        assert f"{name}: {its.words}" + (f" [{its.unit}]." if its.unit else ".") in text
+
+
+def test_a_command_can_be_made_by_keyword() -> None:
+    command = Command(
+        zmp=(0.1, 0.0),
+        dcm_plan=(0.0, 0.0),
+        step_location=(0.2, 0.1),
+        step_duration=0.4,
+        swing_foot=(0.1, 0.1, 0.02),
+        status=Status.ZMP_AT_EDGE,
+    )
+    assert command.zmp.tolist() == [0.1, 0.0]
+    assert command.mode is Mode.TRACKING
+    assert command.status is Status.ZMP_AT_EDGE
+    assert command.swing_foot_velocity.tolist() == [0.0, 0.0, 0.0]
+    assert Command.of(new_array(Command.DTYPE)).step_duration == 0.0
