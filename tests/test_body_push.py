@@ -14,13 +14,6 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 from click.testing import CliRunner
-
-import surefoot as sf
-from surefoot.cli import main
-from surefoot.control.unified.fixed_landing import fixed_place, fixed_timing, with_fixed_place
-from surefoot.dcm.nominal_gait import nominal_gait
-from surefoot.robot.feet import Side
-from surefoot.studies.compare import body_compare, body_limits
 from surefoot.studies.compare.body_compare import compare_on_body
 from surefoot.studies.compare.body_limits import explain, explain_worst
 from surefoot.studies.compare.body_protocol import (
@@ -43,6 +36,13 @@ from surefoot.studies.compare.body_push import (
 from surefoot.studies.compare.body_push_report import write_body_report
 from surefoot.studies.compare.body_pushes import AIM, LATEST, body_pushes, body_table, used_words
 from surefoot.studies.compare.body_pushes import DIRECTIONS as SHOWN
+
+import surefoot as sf
+from surefoot.cli import main
+from surefoot.control.unified.fixed_landing import fixed_place, fixed_timing, with_fixed_place
+from surefoot.dcm.nominal_gait import nominal_gait
+from surefoot.robot.feet import Side
+from surefoot.studies.compare import body_compare, body_limits
 from surefoot.studies.engine.cells import run_cells
 from surefoot.studies.engine.table import Shards
 from surefoot.worlds.body.gait import walking_robot

@@ -10,10 +10,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 from click.testing import CliRunner
-
-import surefoot as sf
-from surefoot.cli import main
-from surefoot.studies.compare import body_robustness
 from surefoot.studies.compare.body_conditions import BODY_CONDITIONS, SILENT, USUAL, body_condition
 from surefoot.studies.compare.body_robustness import (
     WalkCell,
@@ -23,7 +19,11 @@ from surefoot.studies.compare.body_robustness import (
 )
 from surefoot.studies.compare.body_walk_report import PICTURE, TEXT, walk_figure, write_walk_report
 from surefoot.studies.compare.body_walks import BodyWalks, body_walks, falls_table, walk_table
-from surefoot.worlds.body.estimator import BodySenses
+
+import surefoot as sf
+from surefoot.cli import main
+from surefoot.studies.compare import body_robustness
+from surefoot.worlds.body.estimator import BodyReadings
 
 ROBOT = sf.load_robot("paper-biped")
 SMALL = WalkProtocol(ROBOT, conditions=(USUAL, "delay-5ms"), seeds=1, duration=1.6)
@@ -156,7 +156,7 @@ class Spikes:
     def start(self) -> int:
         return 0
 
-    def step(self, memory: int, senses: BodySenses) -> tuple[BodySenses, int]:
+    def step(self, memory: int, senses: BodyReadings) -> tuple[BodyReadings, int]:
         if self.every or memory % 3:
             senses = senses._replace(foot_force=senses.foot_force + 25.0)
         return senses, memory + 1

@@ -154,7 +154,8 @@ def test_a_sole_may_stand_on_a_board_and_a_knee_may_not(body_control: sf.BodyCon
 
 def test_a_fork_stands_on_the_same_boards(body_control: sf.BodyControl) -> None:
     plant = BodyPlant(body_control.multibody, ROUGH)
-    fork = plant.fork([sf.Push(0.0, 0.1, (10.0, 0.0))])
+    fork = plant.fork()
+    fork.pushes = (sf.Push(0.0, 0.1, (10.0, 0.0)),)
     assert fork.model is plant.model
     assert fork.surroundings == ROUGH
     assert fork.pushes != plant.pushes

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 import surefoot as sf
 from surefoot.record import new_array
 from surefoot.robot.multibody import Multibody
-from surefoot.worlds.body.body_reference import BODY_REFERENCE
+from surefoot.worlds.body.interface import BODY_REFERENCE
 from surefoot.worlds.body.inverse_kinematics import InverseKinematics
 from surefoot.worlds.body.mechanics import Mechanics
 

@@ -28,11 +28,10 @@ import surefoot as sf
 from surefoot.cli import main
 from surefoot.geometry import quaternions, rotation_matrix
 from surefoot.rollout import mcap_log as rollout_log
-from surefoot.rollout.log_topics import push_forces
-from surefoot.rollout.ros_messages import DEFINITIONS, definition, full_name
+from surefoot.rollout.ros_messages import DEFINITIONS, definition, full_name, push_forces
 from surefoot.show.summary import print_walk, walk_summary
 from surefoot.show.words import title
-from surefoot.worlds.body.truth import roll_pitch_yaw
+from surefoot.worlds.body.recording import roll_pitch_yaw
 
 ROBOT = sf.load_robot("paper-biped")
 STANDARD = get_typestore(Stores.ROS2_JAZZY)

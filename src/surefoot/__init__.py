@@ -61,14 +61,14 @@ if TYPE_CHECKING:
     from surefoot.worlds.body.estimator import BodyEstimator
     from surefoot.worlds.body.gait import body_control, body_controller, walking_robot
     from surefoot.worlds.body.inverse_dynamics import InverseDynamics
-    from surefoot.worlds.body.noise import BodyNoise
     from surefoot.worlds.body.plant import Surroundings
-    from surefoot.worlds.body.simulate import simulate_body
+    from surefoot.worlds.body.sensors import BodyNoise
+    from surefoot.worlds.body.world import simulate_body
     from surefoot.worlds.point.batch import simulate_batch
     from surefoot.worlds.point.plant import LipmSimulator
     from surefoot.worlds.point.walks import Walks
+    from surefoot.worlds.point.world import simulate
     from surefoot.worlds.steering import Steering
-    from surefoot.worlds.walk import simulate
 
 __version__ = version.VERSION
 
@@ -117,9 +117,9 @@ _HOMES = {
     "worlds.point.batch": ("simulate_batch",),
     "rollout.fall": ("BodyFall",),
     "rollout.measures": ("BodyMeasures", "measure_body"),
-    "worlds.body.noise": ("BodyNoise",),
+    "worlds.body.sensors": ("BodyNoise",),
     "worlds.body.plant": ("Surroundings",),
-    "worlds.body.simulate": ("simulate_body",),
+    "worlds.body.world": ("simulate_body",),
     "rollout.trace": ("BodyTrace",),
     "rollout.decisions": ("decisions",),
     "rollout.disturbance": ("Disturbance",),
@@ -127,7 +127,7 @@ _HOMES = {
     "worlds.point.plant": ("LipmSimulator",),
     "rollout.outcome": ("Fall", "Outcome"),
     "rollout.rollout": ("Rollout", "load_rollout"),
-    "worlds.walk": ("simulate",),
+    "worlds.point.world": ("simulate",),
     "worlds.point.walks": ("Walks",),
     "studies.engine.scan": ("PushLimit", "smallest_failing_push"),
     "show.film": ("film_walk",),

@@ -244,7 +244,7 @@ def walk(
             brain = _foothold_controller(footholds, body, **parameters)
         _check_decides(brain, decision_plot)
         from surefoot.rollout.outcome import Outcome
-        from surefoot.worlds.walk import simulate
+        from surefoot.worlds.point.world import simulate
 
         rollout = simulate(brain, duration, forces, velocity_changes=velocities)
     if save is not None:

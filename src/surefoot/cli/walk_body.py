@@ -16,8 +16,8 @@ if TYPE_CHECKING:
     from surefoot.robot.robot import Robot
     from surefoot.rollout.rollout import Rollout
     from surefoot.worlds.body.controller import BodyControl
-    from surefoot.worlds.body.noise import BodyNoise
     from surefoot.worlds.body.plant import Surroundings
+    from surefoot.worlds.body.sensors import BodyNoise
     from surefoot.worlds.steering import Steering
 
 OF_BODY = {
@@ -73,13 +73,13 @@ class World:
         Raises:
             ParameterError: a value is out of range.
         """
-        from surefoot.worlds.body.noise import BodyNoise
+        from surefoot.worlds.body.sensors import BodyNoise
 
         BodyNoise(delay=self.delay, seed=self.seed)
 
     def noise(self, robot: Robot) -> BodyNoise:
         """What the sensors of a robot do."""
-        from surefoot.worlds.body.noise import BodyNoise
+        from surefoot.worlds.body.sensors import BodyNoise
 
         return BodyNoise.of(robot, delay=self.delay, seed=self.seed)
 
@@ -208,7 +208,7 @@ def route_of(walk: BodyWalk) -> list[tuple[float, Steering]]:
 
 def _simulate(walk: BodyWalk, control: BodyControl) -> Rollout:
     from surefoot.rollout.trace import TRUTH
-    from surefoot.worlds.body.simulate import simulate_body
+    from surefoot.worlds.body.world import simulate_body
 
     return simulate_body(
         control,

@@ -108,6 +108,16 @@ def push_direction(angle: float, support_side: Side) -> tuple[float, float]:
     return x, support_side * y + 0.0
 
 
+def acting_force(pushes: Sequence[Push], time: float) -> tuple[float, float]:
+    """The sum of the pushes at an instant (x, y) [N]; one acts for start <= time < end."""
+    force_x = force_y = 0.0
+    for push in pushes:
+        if push.start <= time < push.end:
+            force_x += push.force[0]
+            force_y += push.force[1]
+    return force_x, force_y
+
+
 def parse_push(text: str) -> Push:
     """A push from FX,FY@START+DURATION in newtons and seconds.
 

@@ -12,7 +12,7 @@ from surefoot.live.colours import GHOST, rgb
 from surefoot.live.quaternions import about_z, z_towards
 from surefoot.robot.feet import Side
 from surefoot.robot.robot import Robot
-from surefoot.rollout.snapshot import Glimpse
+from surefoot.rollout.snapshot import Snapshot
 from surefoot.show import palette
 
 BONE, JOINT = 0.022, 0.032
@@ -25,7 +25,7 @@ LINK = 0.62
 """Length of thigh and shank, of the height of the CoM [-]: a leg that flies out is not torn."""
 
 SIDES = (Side.LEFT, Side.RIGHT)
-"""In the order of `Glimpse.soles`."""
+"""In the order of `Snapshot.soles`."""
 
 
 UP = np.array([0.0, 0.0, 1.0])
@@ -34,7 +34,7 @@ UP = np.array([0.0, 0.0, 1.0])
 class Figure(Protocol):
     """Anything that walks in a scene."""
 
-    def show(self, glimpse: Glimpse) -> None:
+    def show(self, snapshot: Snapshot) -> None:
         """Take the pose of an instant."""
         ...
 
@@ -76,10 +76,10 @@ class PointFigure:
                 ball = scene.add_icosphere(f"{name}/{tag}_{part}", JOINT, colour, **see)
                 self._joints.append(ball)
 
-    def show(self, glimpse: Glimpse) -> None:
+    def show(self, snapshot: Snapshot) -> None:
         """Take the pose of an instant."""
-        x, y = glimpse.observation["com"]
-        soles = glimpse.soles()
+        x, y = snapshot.observation["com"]
+        soles = snapshot.soles()
         yaw = math.atan2(np.sin(soles[:, 3]).mean(), np.cos(soles[:, 3]).mean())
         ahead = np.array([math.cos(yaw), math.sin(yaw), 0.0])
         aside = np.array([-math.sin(yaw), math.cos(yaw), 0.0])

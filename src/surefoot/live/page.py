@@ -16,9 +16,10 @@ import viser
 
 from surefoot.live.charts import dock_panels
 from surefoot.live.controls import Controls, Menu
-from surefoot.live.run import LiveRun, Walk
+from surefoot.live.run import LiveRun
 from surefoot.live.server import look_from
 from surefoot.live.stage import MakeFigure, Stage
+from surefoot.worlds.walk import Walk
 
 FRAME = 1.0 / 30.0
 """Between two pictures [s]."""
@@ -29,7 +30,7 @@ MOST_BEHIND = 0.1
 CHART_FRAMES = 4
 """Pictures for one drawing of the charts."""
 
-MakeFigureOf = Callable[[Walk], MakeFigure]
+MakeFigureOf = Callable[[Walk[Any]], MakeFigure]
 """How a walk is drawn."""
 
 

@@ -113,7 +113,7 @@ class ReplayPage:
         if scene == self._shown:
             return
         with self._server.atomic():
-            self.stage.show(scenes.glimpse(scene), None)
+            self.stage.show(scenes.snapshot(scene), None)
         self._shown = scene
         self._sentence.content = framed(
             scenes.sentences[scene], scenes.rollout.fallen and scene == len(scenes.cycles) - 1
@@ -149,11 +149,11 @@ def write_page(
     stage = Stage(server.scene, lambda _: True)
     stage.cast(scenes.robot, figure, None)
     # It begins with its end, so that what is the same in all of it is said once after the start.
-    stage.show(scenes.glimpse(len(scenes.cycles) - 1), None)
+    stage.show(scenes.snapshot(len(scenes.cycles) - 1), None)
     recording = server.get_scene_serializer()
     for scene in range(0, len(scenes.cycles), PER_FRAME):
         recording.insert_sleep(PER_FRAME * SAMPLING)
-        stage.show(scenes.glimpse(scene), None)
+        stage.show(scenes.snapshot(scene), None)
     recording.insert_sleep(1.0)
     document = _DOCUMENT.format(
         title=html.escape(title),

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from surefoot.dcm.frame_turn import rotated
-from surefoot.rollout.snapshot import Glimpse
+from surefoot.rollout.snapshot import Snapshot
 
 SAMPLING = 0.02
 """How often a sample is taken [s]."""
@@ -21,15 +21,15 @@ class Sample(NamedTuple):
     decision_time: float
 
 
-def sample_of(glimpse: Glimpse, decision_time: float) -> Sample:
+def sample_of(snapshot: Snapshot, decision_time: float) -> Sample:
     """The sample of an instant, with the longest decision since the last one [s]."""
-    seen = glimpse.observation
+    seen = snapshot.observation
     foot, yaw = seen["support_foot"], float(seen["support_yaw"])
-    zmp = [a - b for a, b in zip(glimpse.floor_zmp, foot, strict=True)]
+    zmp = [a - b for a, b in zip(snapshot.floor_zmp, foot, strict=True)]
     return Sample(
-        glimpse.time,
+        snapshot.time,
         rotated(seen["dcm"] - foot, -yaw),
         rotated(zmp, -yaw),
-        float(glimpse.command["step_duration"]),
+        float(snapshot.command["step_duration"]),
         decision_time,
     )

@@ -14,7 +14,7 @@ from surefoot.live.sample import SAMPLING, Sample, sample_of
 from surefoot.live.story import Story
 from surefoot.robot.robot import Robot
 from surefoot.rollout.rollout import Rollout
-from surefoot.rollout.snapshot import Glimpse, glimpse_of
+from surefoot.rollout.snapshot import Snapshot, snapshot_of
 from surefoot.show.stances import acting_pushes, gait_at
 
 
@@ -36,9 +36,9 @@ class Scenes:
     sentences: tuple[str, ...]
     samples: tuple[Sample, ...]
 
-    def glimpse(self, scene: int) -> Glimpse:
+    def snapshot(self, scene: int) -> Snapshot:
         """What there is to see."""
-        return glimpse_of(self.rollout, int(self.cycles[scene]))
+        return snapshot_of(self.rollout, int(self.cycles[scene]))
 
     def at(self, time: float) -> int:
         """The last scene that is not later [s]."""
@@ -60,19 +60,19 @@ def scenes_of(rollout: Rollout) -> Scenes:
     pending = sorted(acting_pushes(rollout), key=lambda push: push.start)
     sentences, samples, before = [], [], 0
     for cycle in cycles:
-        glimpse = glimpse_of(rollout, int(cycle))
-        while pending and pending[0].start <= glimpse.time:
+        snapshot = snapshot_of(rollout, int(cycle))
+        while pending and pending[0].start <= snapshot.time:
             push = pending.pop(0)
-            then = glimpse_of(rollout, max(int(np.searchsorted(rollout.time, push.start)) - 1, 0))
+            then = snapshot_of(rollout, max(int(np.searchsorted(rollout.time, push.start)) - 1, 0))
             yaw = float(then.observation["support_yaw"])
             story.pushed(push, math.atan2(push.force[1], push.force[0]) - yaw, then)
-        now = glimpse.time
-        story.watch(glimpse, _gait(rollout, robot, now), _velocity(rollout, now))
+        now = snapshot.time
+        story.watch(snapshot, _gait(rollout, robot, now), _velocity(rollout, now))
         if rollout.fallen and cycle == cycles[-1]:
             story.fell(rollout)
         sentences.append(story.sentence)
         slowest = float(rollout.decision_time[before : cycle + 1].max())
-        samples.append(sample_of(glimpse, slowest))
+        samples.append(sample_of(snapshot, slowest))
         before = int(cycle)
     return Scenes(rollout, robot, cycles, tuple(sentences), tuple(samples))
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from enum import Enum
 from functools import cached_property
 from itertools import pairwise
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,10 +15,12 @@ from numpy.typing import NDArray
 from surefoot.dcm.viability import viable_offsets
 from surefoot.geometry import rotated_by
 from surefoot.interface import Status
-from surefoot.robot.feet import Side
+from surefoot.robot.feet import FEET, Side
 from surefoot.robot.motors import torque_range
 from surefoot.robot.own_units import OwnUnits
-from surefoot.rollout.trace import FEET, BodyTrace
+
+if TYPE_CHECKING:
+    from surefoot.rollout.trace import BodyTrace
 
 Array = NDArray[Any]
 

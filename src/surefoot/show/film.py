@@ -36,6 +36,7 @@ from surefoot.show.scene import (
     mark_sole,
     set_stage,
 )
+from surefoot.show.stances import Commanded
 from surefoot.show.words import command_words, push_label
 
 FORMATS = (".mp4", ".gif")
@@ -217,7 +218,7 @@ class Captions:
 
     def _command(self, now: float) -> str:
         begun = [command for command in self.trace.steering if command[0] <= now + 1e-9]
-        return command_words(*begun[-1][1:])
+        return command_words(Commanded(*begun[-1]))
 
     def _event(self, now: float) -> tuple[str, str] | None:
         fall = self.rollout.body_fall

@@ -6,9 +6,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
-from surefoot.robot.feet import Side
+from surefoot.robot.feet import FEET, Side
 from surefoot.rollout.rollout import Rollout
-from surefoot.rollout.trace import FEET, BodyTrace
+from surefoot.rollout.trace import BodyTrace
 from surefoot.show import palette
 from surefoot.show.palette import DASHES, DOTS
 from surefoot.show.picture_file import HALO

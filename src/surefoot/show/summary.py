@@ -16,7 +16,7 @@ from surefoot.rollout.measures import BodyMeasures, measure_body
 from surefoot.rollout.outcome import Outcome
 from surefoot.rollout.rollout import Rollout
 from surefoot.rollout.trace import BodyTrace
-from surefoot.show.stances import commanded, walks_on_footholds
+from surefoot.show.stances import Commanded, commanded, walks_on_footholds
 from surefoot.show.words import closest_call, margin_sentence
 
 _SENTENCES = {
@@ -150,8 +150,16 @@ def _course(rollout: Rollout) -> str:
     """What a point mass was to do, by its last command."""
     if walks_on_footholds(rollout):
         return "walks on footholds"
-    (x, y), turning = commanded(rollout)[-1][1:3]
-    return f"walks at ({x:g}, {y:g}) m/s" + (f", turning at {turning:g} rad/s," if turning else "")
+    last = commanded(rollout)[-1]
+    return _command_sentence(last).replace("walk", "walks") + ("," if last.turning else "")
+
+
+def _command_sentence(command: Commanded) -> str:
+    if command.standing:
+        return "stand"
+    x, y = command.velocity
+    turning = f", turning at {command.turning:g} rad/s" if command.turning else ""
+    return f"walk at ({x:g}, {y:g}) m/s{turning}"
 
 
 def _print_body(rollout: Rollout, trace: BodyTrace, console: Console) -> None:
@@ -160,8 +168,8 @@ def _print_body(rollout: Rollout, trace: BodyTrace, console: Console) -> None:
         f"[bold]{trace.robot.name}[/] ({trace.robot.mass:g} kg) in physics with "
         f"{rollout.controller}, given {state}"
     )
-    for time, velocity, turning, standing in trace.steering:
-        console.print(f"from {time:g} s: {_command(velocity, turning, standing)}")
+    for command in commanded(rollout):
+        console.print(f"from {command.time:g} s: {_command_sentence(command)}")
     _print_pushes(rollout, console)
     for name, value in _rows(rollout, measure_body(rollout, trace)):
         console.print(f"  {name:<17}{value}", soft_wrap=True, highlight=False)
@@ -258,13 +266,6 @@ def _off_speed(rollout: Rollout) -> str:
         f"it steps, but goes at ({x:.3f}, {y + 0.0:.3f}) m/s where ({want_x:g}, {want_y:g}) was "
         f"commanded, in steps of {held.duration:.3g} s that were to take {held.planned:.3g} s"
     )
-
-
-def _command(velocity: tuple[float, float], turning: float, standing: bool) -> str:
-    if standing:
-        return "stand"
-    words = f"walk at ({velocity[0]:g}, {velocity[1]:g}) m/s"
-    return words + (f", turning at {turning:g} rad/s" if turning else "")
 
 
 def _rows(rollout: Rollout, measures: BodyMeasures) -> list[tuple[str, str]]:

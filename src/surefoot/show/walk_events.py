@@ -121,9 +121,9 @@ def name_events(ax: Axes, rollout: Rollout) -> None:
     """Write beside their lines new commands, and when the robot was lost and when it fell."""
     body, fall, body_fall = rollout.body, rollout.fall, rollout.body_fall
     if body is None:
-        for time, *command in commanded(rollout)[1:]:
-            words, gid = command_words(*command), f"velocity-{time:g}"
-            _name(ax, words, time, 0.97, gid, fontsize=7.5, clip_on=True)
+        for command in commanded(rollout)[1:]:
+            words, gid = command_words(command), f"velocity-{command.time:g}"
+            _name(ax, words, command.time, 0.97, gid, fontsize=7.5, clip_on=True)
         if fall is not None:
             for name, time, height in (("lost", fall.lost_time, 0.97), ("fell", fall.time, 0.76)):
                 if time is not None:
@@ -133,8 +133,8 @@ def name_events(ax: Axes, rollout: Rollout) -> None:
                     )  # fmt: skip
         return
     words = [
-        (time, command_label(*command), palette.COM, f"command-{time:g}")
-        for time, *command in commanded(rollout)[1:]
+        (command.time, command_label(command), palette.COM, f"command-{command.time:g}")
+        for command in commanded(rollout)[1:]
     ]
     if body_fall is not None:
         words.append((body_fall.time, body_fall.cause.value, palette.ALARM, "lost-label"))

@@ -19,7 +19,7 @@ from surefoot.rollout.rollout import Rollout
 from surefoot.show import palette
 from surefoot.show.ground import label_places
 from surefoot.show.page import lay_out, view_size
-from surefoot.show.picture_file import FORMATS, picture_bytes, write_picture
+from surefoot.show.picture_file import FORMATS, write_picture
 from surefoot.show.stances import Stance, acting_pushes, commanded, stances
 from surefoot.show.time_plots import draw_time_plots, panels
 from surefoot.show.top_view import draw_top_view, extent
@@ -44,13 +44,6 @@ def draw_walk(rollout: Rollout, path: Path) -> None:
     with style.context(["default", palette.STYLE]):
         figure = walk_figure(rollout)
     write_picture(figure, Path(path), *_about(rollout))
-
-
-def walk_picture(rollout: Rollout) -> bytes:
-    """The same as the content of a PNG file."""
-    with style.context(["default", palette.STYLE]):
-        figure = walk_figure(rollout)
-    return picture_bytes(figure, "png", *_about(rollout))
 
 
 def check_figure_path(path: str | Path) -> None:

@@ -12,7 +12,7 @@ from surefoot.control.unified.problem import Limit
 from surefoot.dcm.pushes import Push
 from surefoot.rollout.outcome import Outcome
 from surefoot.rollout.rollout import Rollout
-from surefoot.show.stances import acting_pushes, commanded, walks_on_footholds
+from surefoot.show.stances import Commanded, acting_pushes, commanded, walks_on_footholds
 
 DIRECTIONS = (
     "forward", "forward left", "left", "backward left",
@@ -103,19 +103,20 @@ def velocity_words(velocity: tuple[float, float]) -> str:
     return ", ".join(words) or "in place"
 
 
-def command_words(velocity: tuple[float, float], turning: float, standing: bool) -> str:
+def command_words(command: Commanded) -> str:
     """A command in words: "0.3 m/s forward, turning +0.2 rad/s", counter-clockwise, or "stand"."""
-    if standing:
+    if command.standing:
         return STAND
-    return velocity_words(velocity) + (f", turning {turning:+.2g} rad/s" if turning else "")
+    turning = f", turning {command.turning:+.2g} rad/s" if command.turning else ""
+    return velocity_words(command.velocity) + turning
 
 
-def command_label(velocity: tuple[float, float], turning: float, standing: bool) -> str:
+def command_label(command: Commanded) -> str:
     """A command for a plot in which there is little room: "0.3, 0 m/s, +0.2 rad/s"."""
-    if standing:
+    if command.standing:
         return STAND
-    words = f"{velocity[0]:g}, {velocity[1]:g} m/s"
-    return words + (f", {turning:+g} rad/s" if turning else "")
+    x, y = command.velocity
+    return f"{x:g}, {y:g} m/s" + (f", {command.turning:+g} rad/s" if command.turning else "")
 
 
 def direction_words(angle: float) -> str:
@@ -126,7 +127,7 @@ def direction_words(angle: float) -> str:
 def _course(rollout: Rollout) -> str:
     if walks_on_footholds(rollout):
         return "on footholds"
-    commands = [command_words(*command) for _, *command in commanded(rollout)]
+    commands = [command_words(command) for command in commanded(rollout)]
     if len(commands) > 2:
         if commands[-1] == STAND:
             return f"{len(commands) - 1} commanded velocities, then {STAND}"

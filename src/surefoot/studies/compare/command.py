@@ -15,11 +15,10 @@ from surefoot.studies.compare.command_body import (
     BODY_VELOCITY,
     QUICK_PHASES,
     QUICK_STEP,
-    BodyQuestion,
-    compare_bodies,
+    push_bodies,
     refuse_others,
+    walk_bodies,
 )
-from surefoot.studies.compare.command_walks import WalkQuestion, compare_walks, refuse_of_pushes
 from surefoot.studies.engine.command import stopped_by_ctrl_c, tell_failures
 
 if TYPE_CHECKING:
@@ -127,27 +126,20 @@ def compare(
     from surefoot.robot.robot import load_robot
     from surefoot.studies.compare.question import Protocol
 
-    refuse_others(simulator, robots)
-    refuse_of_pushes(simulator, disturbances)
+    refuse_others(simulator, robots, disturbances)
     if simulator == "mujoco":
-        velocity = velocity if given("velocity") else BODY_VELOCITY
+        asked: dict[str, Any] = {"velocity": velocity if given("velocity") else BODY_VELOCITY}
+        if methods:
+            asked["methods"] = methods
         if disturbances:
-            walks = WalkQuestion(
-                robots, velocity, methods, disturbances, seeds, duration, workers, out
-            )
-            sys.exit(compare_walks(walks, progress_bar, as_json))
-        question = BodyQuestion(
-            robots,
-            velocity,
-            methods,
-            QUICK_PHASES if quick and not given("phases") else phases,
-            step if given("step") else (QUICK_STEP if quick else BODY_STEP),
-            estimate,
-            explain,
-            workers,
-            out,
-        )
-        sys.exit(compare_bodies(question, progress_bar, as_json))
+            asked |= {"disturbances": disturbances, "seeds": seeds, "duration": duration}
+            sys.exit(walk_bodies(robots, out, workers, as_json, **asked))
+        asked |= {
+            "phases": QUICK_PHASES if quick and not given("phases") else phases,
+            "step": step if given("step") else (QUICK_STEP if quick else BODY_STEP),
+            "estimate": estimate,
+        }
+        sys.exit(push_bodies(robots, out, workers, as_json, explain=explain, **asked))
     check_plotting()
     (robot,) = robots
     body = load_robot(robot) if mass is None else load_robot(robot).replace(mass=mass)

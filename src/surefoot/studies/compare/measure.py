@@ -20,7 +20,7 @@ from surefoot.rollout.disturbance import Disturbance
 from surefoot.studies.compare.conditions import UNDISTURBED, condition
 from surefoot.studies.compare.question import PUSHED_STEP, Cell, Protocol
 from surefoot.studies.engine.scan import smallest_failing_push
-from surefoot.worlds.walk import simulate
+from surefoot.worlds.point.world import simulate
 
 LARGEST_SHARE, LARGEST_BEYOND = 1.25, 50.0
 """A scan gives up at this share of the limit [-], and this much more [N s]; a method with a trunk

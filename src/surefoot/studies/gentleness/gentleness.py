@@ -20,7 +20,7 @@ from surefoot.robot.robot import Robot
 from surefoot.rollout.outcome import Outcome
 from surefoot.studies.compare.measure import controller_of
 from surefoot.studies.compare.question import Protocol
-from surefoot.worlds.walk import simulate
+from surefoot.worlds.point.world import simulate
 
 IMPULSES, LEG_SPEEDS = (5.0, 10.0, 20.0), (3.0, float("inf"))
 """Of the usual table [N s], [m/s]."""

@@ -27,8 +27,8 @@ from surefoot.dcm.causal_limit import causal_push_limit
 from surefoot.dcm.push_limit import check_leg, fixed_steps_limit, push_limit
 from surefoot.dcm.pushes import PUSH
 from surefoot.interface import Controller
-from surefoot.rollout.description import describe
 from surefoot.rollout.outcome import recovery_time
+from surefoot.rollout.rollout import describe
 from surefoot.studies.engine.cells import Report, Row, without_infinity
 from surefoot.studies.engine.provenance import made_with
 from surefoot.studies.engine.study import stamp

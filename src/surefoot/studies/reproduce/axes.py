@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from io import BytesIO
 
 import numpy as np
-from matplotlib import style
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -20,13 +18,9 @@ from surefoot.rollout.rollout import Rollout
 from surefoot.show import palette
 from surefoot.show.stances import Stance, acting_pushes, broken, stances
 from surefoot.show.walk_events import strong_pushes
-from surefoot.version import VERSION
 
 WIDTH = 9.0
 """Of a picture [in]."""
-
-DPI = 160
-"""Of a saved picture [1/in]."""
 
 LEFT, RIGHT, FOOT, HEAD, LEGEND = 0.72, 0.15, 0.5, 0.36, 0.5
 """Free space around the axes, and the height of the legend [in]."""
@@ -224,11 +218,3 @@ def sole_patches() -> list[Patch]:
         )
         for side in (Side.LEFT, Side.RIGHT)
     ]  # fmt: skip
-
-
-def png(figure: Figure) -> bytes:
-    """The picture as a PNG file that is the same every time it is made."""
-    stream = BytesIO()
-    with style.context(palette.STYLE):
-        figure.savefig(stream, format="png", dpi=DPI, metadata={"Software": f"Surefoot {VERSION}"})
-    return stream.getvalue()

@@ -15,9 +15,8 @@ import numpy as np
 from surefoot.robot.feet import Footstep, Side
 from surefoot.robot.robot import Robot
 from surefoot.rollout.rollout import Rollout
-from surefoot.studies.compare.body_limits import used_after
-from surefoot.studies.compare.body_protocol import BodyCell, BodyProtocol, body_method, push_of
-from surefoot.studies.compare.body_push import mechanism_of, moment_of, pushed_rollout, survived
+from surefoot.studies.engine.body_recovery import used_after
+from surefoot.studies.engine.pushed_body import PushedBody, body_method, mechanism_of
 from surefoot.studies.reproduce.question import NOT_REPRODUCED, REPRODUCED, VELOCITY, Claim
 
 IN_PART, BEYOND, FELL = "reproduced in part", "survived, beyond the paper", "not survived"
@@ -38,12 +37,12 @@ SHORTER = 0.9
 
 @dataclass(frozen=True)
 class PaperPush:
-    """A push that the paper tells of.
+    """A push of the paper.
 
     Attributes:
         figure: where.
         impulse: forward or sideways [N s].
-        direction: one of `body_protocol.DIRECTIONS`.
+        direction: one of `dcm.pushes.DIRECTIONS`.
         paper: what it reports of a point mass.
         steps: after how many the DCM is nominal again, as far as the paper says; 0 if the push is
             ours.
@@ -63,11 +62,11 @@ _ONE_STEP = "the largest push that one step recovers from"
 
 PAPER_PUSHES = (
     PaperPush("Figs. 9, 10", 35.2, "forward", _NINE, 1, True),
-    PaperPush("Figs. 9, 10", 35.2, "swing side", "no such push in the paper", 0),
-    PaperPush("Figs. 9, 10", 35.2, "stance side", "no such push in the paper", 0),
+    PaperPush("Figs. 9, 10", 35.2, "outward", "no such push in the paper", 0),
+    PaperPush("Figs. 9, 10", 35.2, "inward", "no such push in the paper", 0),
     PaperPush("IV-B, one step", 70.56, "forward", _ONE_STEP, 1),
-    PaperPush("IV-B, one step", 58.8, "swing side", _ONE_STEP, 1),
-    PaperPush("IV-B, one step", 58.8, "stance side", _ONE_STEP, 1),
+    PaperPush("IV-B, one step", 58.8, "outward", _ONE_STEP, 1),
+    PaperPush("IV-B, one step", 58.8, "inward", _ONE_STEP, 1),
     PaperPush(
         "Figs. 11, 12", 82.32, "forward",
         "longest step at the third, d > d_nom; d and both velocities return over several steps",
@@ -76,16 +75,15 @@ PAPER_PUSHES = (
         "abstract", 85.0, "forward", "85 N s on 70 kg, where adapting the landing alone bears 20"
     ),
 )  # fmt: skip
-"""All with the paper's 0.2 s; the stance side is that of the foot on the ground."""
-
+"""All with the paper's 0.2 s; outward is towards the swing foot."""
 
 DRAWN = {
     ("hybrid", 35.2, "forward"),
     ("unified", 35.2, "forward"),
-    ("unified", 35.2, "stance side"),
+    ("unified", 35.2, "inward"),
     ("unified", 82.32, "forward"),
 }
-"""Walks that are drawn, and told step by step."""
+"""Walks that are drawn, and listed step by step."""
 
 
 @dataclass(frozen=True)
@@ -154,30 +152,23 @@ def paper_push_answers(
     Args:
         robot: with a body.
         pushes: which; each from the same moment of the same walk.
-        methods: keys of `body_protocol.BODY_METHODS`.
+        methods: keys of `engine.pushed_body.BODY_METHODS`.
         report: called with the number of walks that are done, and that of all.
 
     Raises:
         SurefootError: the robot has no body, or does not walk at that velocity.
     """
-    protocol, answers = BodyProtocol(robot, VELOCITY, methods=tuple(methods)), []
-    total = len(methods) * len(pushes)
+    answers, total = [], len(methods) * len(pushes)
     for key in methods:
-        moment = moment_of(protocol, key, FOOT, PHASE)
-        usual, _ = pushed_rollout(
-            protocol, key, moment, push_of(_cell(key, pushes[0]), moment.time, 0.0)
-        )
+        walk = PushedBody(robot, key, FOOT, PHASE, VELOCITY)
+        usual, _ = walk.rollout(walk.push("forward", 0.0))
         for push in pushes:
-            acting = push_of(_cell(key, push), moment.time, push.impulse)
-            rollout, end = pushed_rollout(protocol, key, moment, acting)
-            answers.append(BodyAnswer(key, push, rollout, usual, moment.time, survived(end)))
+            rollout, end = walk.rollout(walk.push(push.direction, push.impulse))
+            begin, alive = walk.start.time, end.survived
+            answers.append(BodyAnswer(key, push, rollout, usual, begin, alive))
             if report is not None:
                 report(len(answers), total)
     return answers
-
-
-def _cell(key: str, push: PaperPush) -> BodyCell:
-    return BodyCell(key, push.direction, PHASE, FOOT)
 
 
 def body_claim(answer: BodyAnswer) -> Claim:
@@ -256,7 +247,7 @@ def body_parameters(robot: Robot, answers: Sequence[BodyAnswer]) -> list[tuple[s
         ("velocity", f"{VELOCITY} m/s"),
         ("pushes", f"on the trunk for 0.2 s, from {PHASE:.0%} of a step on the {FOOT} foot on"),
         ("surroundings", "; ".join(sorted(surroundings))),
-        ("told", "the true state of the body"),
+        ("state", "the true one of the body"),
         ("seed", "none: nothing is random"),
         *((body_method(one).label, _parameters(one, answers)) for one in METHODS),
     ]  # fmt: skip

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 import numpy as np
-from matplotlib import style
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -31,49 +30,13 @@ from surefoot.studies.reproduce.axes import (
     time_figure,
 )
 
-CAPTIONS = {
-    "fig-4": "Fig. 4: DCM plan and footholds at two walking velocities.",
-    "fig-5": "Fig. 5: the plan modified by feedback; 40 N in +x from 0.5 s for 0.8 s.",
-    "fig-8": "Fig. 8: DCM feedback alone under a large push; 142 N in +x from 1.0 s for 0.2 s.",
-    "fig-9": "Fig. 9: the hybrid controller; 176 N in +x at 1.1 s for 0.2 s, and small pushes.",
-    "fig-10": "Fig. 10: the DCM of Fig. 9 in x and y; yellow: the push.",
-    "fig-9-adaptation": "Beside Figs. 9 and 10: what the step decides, against its bounds.",
-    "fig-11": "Fig. 11: 411.6 N in +x at 1.1 s for 0.2 s; dashed circles: the DCM offset d.",
-    "fig-12": "Fig. 12: the CoM velocity of Fig. 11 in x and y.",
-    "fig-11-adaptation": "Beside Figs. 11 and 12: what the step decides, against its bounds.",
-}
-"""What each picture shows, in the order of the paper."""
+Walks = Mapping[str, Rollout]
+"""The walks of `question.paper_rollouts`, by the name of their figure."""
 
-
-def paper_figures(rollouts: Mapping[str, Rollout]) -> dict[str, Figure]:
-    """All pictures, by the names of `CAPTIONS`; the same rollouts make the same pictures.
-
-    Args:
-        rollouts: "fig-4a", "fig-4b", "fig-5", "fig-8", "fig-9" and "fig-11"; the plan of Figs. 5
-            and 8 is the undisturbed walk of "fig-4a".
-    """
-    with style.context(palette.STYLE):
-        return {
-            "fig-4": draw_fig_4(rollouts["fig-4a"], rollouts["fig-4b"]),
-            "fig-5": draw_fig_5(rollouts["fig-5"], rollouts["fig-4a"]),
-            "fig-8": draw_fig_8(rollouts["fig-8"]),
-            "fig-9": draw_fig_9(rollouts["fig-9"]),
-            "fig-10": draw_fig_10(rollouts["fig-9"]),
-            "fig-9-adaptation": adaptation_figure(rollouts["fig-9"], 3.0, "Fig. 9"),
-            "fig-11": draw_fig_11(rollouts["fig-11"]),
-            "fig-12": draw_fig_12(rollouts["fig-11"]),
-            "fig-11-adaptation": adaptation_figure(rollouts["fig-11"], 4.5, "Fig. 11"),
-        }
-
-
-def decision_time_figures(rollouts: Mapping[str, Rollout]) -> dict[str, Figure]:
-    """How long each decision took; wall clock, so these differ from run to run."""
-    with style.context(palette.STYLE):
-        return {
-            "decision-time": decision_time_figure(
-                {"Fig. 9": rollouts["fig-9"], "Fig. 11": rollouts["fig-11"]}
-            )
-        }
+CLOCK_WORDS = (
+    "How long a decision takes is measured on the clock of the machine and differs from run to "
+    "run, so that picture lies beside this page and is no part of it"
+)
 
 
 def draw_fig_4(first: Rollout, second: Rollout) -> Figure:
@@ -318,3 +281,49 @@ def draw_fig_12(walk: Rollout) -> Figure:
                        label="commanded velocity")  # fmt: skip
     add_legend(figure, ("com",), [commanded, push_patch(walk), _touchdown_line()])
     return figure
+
+
+PICTURES: dict[str, tuple[str, Callable[[Walks], Figure]]] = {
+    "fig-4": (
+        "Fig. 4: DCM plan and footholds at two walking velocities.",
+        lambda walks: draw_fig_4(walks["fig-4a"], walks["fig-4b"]),
+    ),
+    "fig-5": (
+        "Fig. 5: the plan modified by feedback; 40 N in +x from 0.5 s for 0.8 s.",
+        lambda walks: draw_fig_5(walks["fig-5"], walks["fig-4a"]),
+    ),
+    "fig-8": (
+        "Fig. 8: DCM feedback alone under a large push; 142 N in +x from 1.0 s for 0.2 s.",
+        lambda walks: draw_fig_8(walks["fig-8"]),
+    ),
+    "fig-9": (
+        "Fig. 9: the hybrid controller; 176 N in +x at 1.1 s for 0.2 s, and small pushes.",
+        lambda walks: draw_fig_9(walks["fig-9"]),
+    ),
+    "fig-10": (
+        "Fig. 10: the DCM of Fig. 9 in x and y; yellow: the push.",
+        lambda walks: draw_fig_10(walks["fig-9"]),
+    ),
+    "fig-9-adaptation": (
+        "Beside Figs. 9 and 10: what the step decides, against its bounds.",
+        lambda walks: adaptation_figure(walks["fig-9"], 3.0, "Fig. 9"),
+    ),
+    "fig-11": (
+        "Fig. 11: 411.6 N in +x at 1.1 s for 0.2 s; dashed circles: the DCM offset d.",
+        lambda walks: draw_fig_11(walks["fig-11"]),
+    ),
+    "fig-12": (
+        "Fig. 12: the CoM velocity of Fig. 11 in x and y.",
+        lambda walks: draw_fig_12(walks["fig-11"]),
+    ),
+    "fig-11-adaptation": (
+        "Beside Figs. 11 and 12: what the step decides, against its bounds.",
+        lambda walks: adaptation_figure(walks["fig-11"], 4.5, "Fig. 11"),
+    ),
+    "decision-time": (
+        CLOCK_WORDS,
+        lambda walks: decision_time_figure({"Fig. 9": walks["fig-9"], "Fig. 11": walks["fig-11"]}),
+    ),
+}
+"""What each picture shows, in the order of the paper, and how it is drawn; the same walks make the
+same pictures, but for the decision time. The plan of Fig. 5 is the undisturbed walk of Fig. 4."""

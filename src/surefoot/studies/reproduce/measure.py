@@ -12,9 +12,8 @@ from surefoot.control.tracking import DcmTracking
 from surefoot.dcm.nominal_gait import NominalGait, nominal_gait
 from surefoot.robot.feet import Footstep
 from surefoot.robot.robot import Robot
-from surefoot.rollout.description import describe
 from surefoot.rollout.outcome import Outcome
-from surefoot.rollout.rollout import Rollout
+from surefoot.rollout.rollout import Rollout, describe
 from surefoot.studies.engine.scan import PushLimit, smallest_failing_push
 from surefoot.studies.reproduce.one_step import (
     PAPER_X,

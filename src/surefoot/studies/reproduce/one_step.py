@@ -21,6 +21,7 @@ from surefoot.dcm.pushes import Push
 from surefoot.dcm.step_problem import OFFSET_PENALTY, OFFSET_WEIGHT
 from surefoot.robot.feet import Side
 from surefoot.robot.robot import Robot
+from surefoot.studies.engine.report import Table
 from surefoot.studies.reproduce.question import (
     AXES,
     NOT_REPRODUCED,
@@ -179,11 +180,9 @@ def claim_one_step(limits: list[OneStepLimit], target: float, *, along_x: bool) 
     )
 
 
-def limits_table(
-    rows: Sequence[OneStepLimit],
-) -> tuple[str, str, tuple[str, ...], list[tuple[str, ...]]]:
-    """The table of assumptions in words: title, note, columns and rows."""
-    return (
+def limits_table(rows: Sequence[OneStepLimit]) -> Table:
+    """The table of assumptions in words."""
+    return Table(
         "One-step limits under every set of assumptions",
         f"The largest impulse that one step absorbs, scanned upwards by {IMPULSE_STEP:g} N s to "
         f"{LARGEST_IMPULSE:g} N s from the smallest that is answered by a step. The paper reports "

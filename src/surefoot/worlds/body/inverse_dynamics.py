@@ -8,9 +8,9 @@ to the angular momentum: the pendulum that the controllers steer then is the rob
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cache
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Self
 
 import numba
 import numpy as np
@@ -22,30 +22,27 @@ from surefoot.record import new_array
 from surefoot.robot.legs import find_knees
 from surefoot.robot.motors import torque_range
 from surefoot.robot.multibody import Multibody
-from surefoot.worlds.body.body_reference import BODY_REFERENCE
-from surefoot.worlds.body.joint_command import JointCommand
+from surefoot.worlds.body.interface import BODY_REFERENCE, JointCommand
 from surefoot.worlds.body.mechanics import MOTION, Mechanics
-from surefoot.worlds.body.task_weights import (
-    STIFFNESSES,
-    WEIGHTS,
-    filled,
-    usual_stiffnesses,
-    usual_weights,
-)
 from surefoot.worlds.body.tasks import (
     FREE,
     GROUND,
     JOINTS,
     MOMENT_ARM,
+    STIFFNESSES,
+    WEIGHTS,
     WRENCH,
     WRENCH_ROWS,
     com_rows,
+    filled,
     ground_rows,
     motion_rows,
     posture_and_bounds,
     stand_rows,
     swing_rows,
     trunk_rows,
+    usual_stiffnesses,
+    usual_weights,
     zmp_rows,
 )
 
@@ -356,6 +353,10 @@ class InverseDynamics:
             command.acceleration[:] = solution[: len(command.acceleration)]
             s["solution"], s["about"], s["count"] = solution, about, left + right
         return command
+
+    def fresh(self) -> Self:
+        """The same with a solver that remembers nothing."""
+        return replace(self)
 
     @property
     def joint_limits(self) -> NDArray[np.void]:

@@ -10,10 +10,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cache
 from types import MappingProxyType
-from typing import Any
+from typing import Any, Self
 
 import numba
 import numpy as np
@@ -23,8 +23,7 @@ from surefoot.checks import check_number
 from surefoot.compiled import entry_point, njit
 from surefoot.robot.multibody import Multibody
 from surefoot.robot.own_units import OwnUnits
-from surefoot.worlds.body.body_reference import BODY_REFERENCE
-from surefoot.worlds.body.joint_command import JointCommand
+from surefoot.worlds.body.interface import BODY_REFERENCE, JointCommand
 from surefoot.worlds.body.mechanics import MOTION, Mechanics
 from surefoot.worlds.body.tasks import rotation_error
 
@@ -159,6 +158,10 @@ class InverseKinematics:
             "command": command,
         }
         object.__setattr__(self, "_workspace", workspace)
+
+    def fresh(self) -> Self:
+        """The same with room of its own to work in."""
+        return replace(self)
 
     def velocity(self, mechanics: Mechanics, reference: NDArray[np.void]) -> NDArray[np.float64]:
         """Generalised velocity that carries out the reference, shape (nv,); overwritten each time.

@@ -22,7 +22,7 @@ MOTION = np.dtype(
     [
         ("com", "f8", (3,)),
         ("com_velocity", "f8", (3,)),
-        ("spin", "f8", (3,)),
+        ("angular_momentum", "f8", (3,)),
         ("sole_position", "f8", (2, 3)),
         ("sole_axes", "f8", (2, 3, 3)),
         ("sole_velocity", "f8", (2, 6)),
@@ -34,11 +34,28 @@ MOTION = np.dtype(
 
 
 @njit
-def _move(sites, base, velocity, jacobian, rate, places, axes, frames, com, speed, spin, motion):
+def _move(
+    sites,
+    base,
+    velocity,
+    jacobian,
+    rate,
+    places,
+    axes,
+    frames,
+    com,
+    speed,
+    momentum,
+    motion,
+):
     """Write the `MOTION` record, and nothing else."""
     out = motion[0]
     for i in range(3):
-        out.com[i], out.com_velocity[i], out.spin[i] = com[base, i], speed[base, i], spin[base, i]
+        out.com[i], out.com_velocity[i], out.angular_momentum[i] = (
+            com[base, i],
+            speed[base, i],
+            momentum[base, i],
+        )
         for k in range(3):
             out.base_axes[i, k] = frames[base, 3 * i + k]
     for side in range(2):
@@ -98,14 +115,27 @@ def _differentiate(chain, axes, rates, speeds, com, place, foot, jacobian, rate)
 @njit
 def _describe(
     sites, feet, left, right, base, velocity, jacobian, rate,
-    axes, rates, speeds, places, frames, turns, com, speed, spin, motion,
+    axes, rates, speeds, places, frames, turns, com, speed, momentum, motion,
 ):  # fmt: skip
     for side in range(2):
         _differentiate(
             left if side == 0 else right, axes, rates, speeds, com[base], places[sites[side]],
             feet[side], jacobian[side], rate[side],
         )  # fmt: skip
-    _move(sites, base, velocity, jacobian, rate, places, frames, turns, com, speed, spin, motion)
+    _move(
+        sites,
+        base,
+        velocity,
+        jacobian,
+        rate,
+        places,
+        frames,
+        turns,
+        com,
+        speed,
+        momentum,
+        motion,
+    )
 
 
 @cache
@@ -153,7 +183,7 @@ class Mechanics:
         sole_velocity: J v, shape (2, 6) [m/s, rad/s].
         sole_drift: dJ/dt v, shape (2, 6) [m/s^2, rad/s^2].
         com, com_velocity: centre of mass, shape (3,) [m, m/s].
-        spin: angular momentum about the CoM, shape (3,) [kg m^2/s].
+        angular_momentum: angular momentum about the CoM, shape (3,) [kg m^2/s].
         base_axes: axes of the base as columns, shape (3, 3).
     """
 
@@ -180,7 +210,7 @@ class Mechanics:
 
     com: NDArray[np.float64]
     com_velocity: NDArray[np.float64]
-    spin: NDArray[np.float64]
+    angular_momentum: NDArray[np.float64]
     sole_position: NDArray[np.float64]
     sole_axes: NDArray[np.float64]
     sole_velocity: NDArray[np.float64]

@@ -14,11 +14,11 @@ from numpy.typing import NDArray
 
 from surefoot.checks import check_most, check_number, check_seed
 from surefoot.compiled import njit
-from surefoot.dcm.pushes import Push
+from surefoot.dcm.pushes import Push, acting_force
 from surefoot.robot.bumps import check_height, scattered_boards
 from surefoot.robot.motors import motor_torques
 from surefoot.robot.multibody import SIDES, Multibody, load_multibody
-from surefoot.worlds.body.joint_command import JointCommand
+from surefoot.worlds.body.interface import JointCommand
 
 STANDS, CROSSED, TOUCHED, TILTED, SUNK = range(5)
 """What has become of a body: on its feet; legs have met; another part than a sole is on the floor;
@@ -132,7 +132,7 @@ class BodyPlant:
 
     @property
     def data(self) -> mujoco.MjData:
-        """Its state, to be looked at only."""
+        """Its state, to be read only."""
         return self._data
 
     @property
@@ -165,19 +165,14 @@ class BodyPlant:
             self._most, self._fastest, self.torque,
         )  # fmt: skip
         data.ctrl[:] = self.torque
-        self._force[:2] = 0.0
-        now = self.time
-        for push in self.pushes:
-            if push.start <= now < push.end:
-                self._force[0] += push.force[0]
-                self._force[1] += push.force[1]
+        self._force[:2] = acting_force(self.pushes, self.time)
         mujoco.mj_step2(model, data)
         self.cycle += 1
         mujoco.mj_step1(model, data)
 
-    def fork(self, pushes: Sequence[Push]) -> BodyPlant:
-        """Another world with the same past, and other pushes from now on."""
-        other = BodyPlant(self.multibody, self.surroundings, pushes, self.model)
+    def fork(self) -> BodyPlant:
+        """Another one in the same state, under the same pushes."""
+        other = BodyPlant(self.multibody, self.surroundings, self.pushes, self.model)
         mujoco.mj_copyData(other._data, self.model, self._data)
         other.cycle, other.torque[:] = self.cycle, self.torque
         return other

@@ -1,7 +1,7 @@
-"""A step of a body over records: what a controller is told of it, and what it asks of the body.
+"""A step of a body over records: what a controller is given, and what it asks of the body.
 
 A controller walks in a frame that has the heading of the step under way, with the world's origin.
-It is told the DCM that goes with the angular momentum L about the sole on the ground,
+It is given the DCM that goes with the angular momentum L about the sole on the ground,
 
     xi = c + L x e_z / (m h omega),
 
@@ -21,7 +21,7 @@ import numpy as np
 from surefoot.compiled import entry_point, njit
 from surefoot.dcm.swing_foot import quintic
 from surefoot.interface import COMMAND, OBSERVATION
-from surefoot.worlds.body.body_reference import BODY_REFERENCE
+from surefoot.worlds.body.interface import BODY_REFERENCE
 from surefoot.worlds.body.mechanics import MOTION
 
 STAND, SHIFT, WALK = 0, 1, 2
@@ -115,12 +115,12 @@ noise, one that is strong is not waited for."""
 
 
 @njit
-def pendulum_velocity(limits, com, com_velocity, spin, foot, velocity):
+def pendulum_velocity(limits, com, com_velocity, momentum, foot, velocity):
     """Write L x e_z / (m h), the velocity of a point mass with the same momentum about the foot."""
     x, y, z = com[0] - foot[0], com[1] - foot[1], com[2] - foot[2]
     h = limits.height
-    velocity[0] = (spin[1] / limits.mass + z * com_velocity[0] - x * com_velocity[2]) / h
-    velocity[1] = (-spin[0] / limits.mass + z * com_velocity[1] - y * com_velocity[2]) / h
+    velocity[0] = (momentum[1] / limits.mass + z * com_velocity[0] - x * com_velocity[2]) / h
+    velocity[1] = (-momentum[0] / limits.mass + z * com_velocity[1] - y * com_velocity[2]) / h
 
 
 @njit
@@ -144,13 +144,13 @@ def wrapped(angle):
 
 @njit
 def _observe(limits, walk, motion, observation):
-    """Write what the controller is told."""
+    """Write what the controller is given."""
     stance, heading = walk.support, walk.heading
     places, axes = motion.sole_position, motion.sole_axes
     velocity = np.empty(2)
     observation.time, observation.elapsed = walk.now, walk.now - walk.began
     pendulum_velocity(
-        limits, motion.com, motion.com_velocity, motion.spin, places[stance], velocity
+        limits, motion.com, motion.com_velocity, motion.angular_momentum, places[stance], velocity
     )
     turn_into(velocity, heading, observation.com_velocity)
     turn_into(motion.com, heading, observation.com)
@@ -184,7 +184,7 @@ def _has_landed(limits, walk, command, motion, forces):
 
 
 @njit
-def _look(limits, walk, motion, command, forces, observation):
+def _measure(limits, walk, motion, command, forces, observation):
     w = walk[0]
     w.landed = 1 if _has_landed(limits[0], w, command[0], motion[0], forces) else 0
     if w.landed == 0:
@@ -371,14 +371,14 @@ class BodyKernels(NamedTuple):
     """The compiled functions of a cycle, over arrays of one record.
 
     Attributes:
-        look: (limits, walk, motion, command, forces, observation): whether the foot has landed,
-            and if not what the controller is told.
+        measure: (limits, walk, motion, command, forces, observation): whether the foot has landed,
+            and if not what the controller is given.
         begin: (walk, support, motion): the other foot carries.
         refer: (limits, walk, motion, observation, command, reference): what the body is to do.
         stand: (limits, walk, motion, zmp, reference): likewise on both feet.
     """
 
-    look: Callable[..., None]
+    measure: Callable[..., None]
     begin: Callable[..., None]
     refer: Callable[..., None]
     stand: Callable[..., None]
@@ -389,7 +389,7 @@ def body_kernels() -> BodyKernels:
     """Compiled, or loaded from disk, once."""
     real, whole, own = np.dtype(np.float64), np.dtype(np.int64), (BODY_LIMITS, BODY_WALK, MOTION)
     return BodyKernels(
-        look=entry_point(_look, *own, COMMAND, real, OBSERVATION),
+        measure=entry_point(_measure, *own, COMMAND, real, OBSERVATION),
         begin=entry_point(_begin, BODY_WALK, whole, MOTION),
         refer=entry_point(_refer, *own, OBSERVATION, COMMAND, BODY_REFERENCE),
         stand=entry_point(_stand, *own, real, BODY_REFERENCE),

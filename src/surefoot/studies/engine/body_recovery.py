@@ -1,7 +1,8 @@
-"""When a body that was pushed is back in a gait: every step is like the last one on that foot.
+"""How a pushed body recovers: when it is back in a gait, and how much of its limits it used.
 
-Not necessarily in the one that it was pushed out of: what holds the place and the speed tells the
-controller another velocity afterwards, for as long as it takes to make up for what the push took.
+It is back when every step is like the last one on that foot. That need not be the gait that it was
+pushed out of: the loop that holds place and speed commands another velocity afterwards, for as long
+as it takes to make up for what the push took.
 """
 
 from __future__ import annotations
@@ -13,7 +14,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from surefoot.robot.own_units import OwnUnits
+from surefoot.rollout.fall_signs import OFF_TARGET
 from surefoot.rollout.outcome import BACK_STEPS
+from surefoot.rollout.rollout import Rollout
 from surefoot.rollout.trace import WALKING
 from surefoot.worlds.body.controller import BodyState
 
@@ -23,6 +27,9 @@ the last step on that foot [m], and that much sooner or later after the one befo
 
 USUAL_OFFSET = 0.04
 """And no further than that from where it was before the push [m]: as far as speeds differ."""
+
+SPAN = 1.0
+"""For so long after the push began limits are looked at: later there are consequences [s]."""
 
 
 @dataclass(frozen=True)
@@ -90,3 +97,53 @@ class Settling:
             and math.dist(step.offset, last.offset) < REPEATED_OFFSET
             and abs(step.before - last.before) < REPEATED_TIME
         )
+
+
+def used_after(rollout: Rollout, start: float) -> dict[str, float]:
+    """How much of what there is was used from a time on, for `SPAN`.
+
+    Args:
+        rollout: of a body.
+        start: when the push began [s].
+    """
+    trace = rollout.body
+    if trace is None:
+        return {}
+    time = rollout.time
+    rows = (time >= start) & (time < start + SPAN)
+    force = trace.sole_force[rows]
+    loaded = force[..., 2] > 0.2 * trace.robot.mass * trace.robot.gravity
+    side = np.hypot(force[..., 0], force[..., 1])
+    grip = np.where(loaded, side / np.where(loaded, force[..., 2], 1.0), 0.0)
+    speed = np.abs(trace.joint_velocities[rows]) / trace.speed_limit
+    torque = trace.torque_part[rows]
+    knees = np.abs(trace.joint_angles[rows][:, list(trace.knees)])
+    errors, late = _landings(rollout, start)
+    far = OFF_TARGET * OwnUnits.of(trace.robot).length
+    return {
+        "friction used": float(grip.max()),
+        "largest torque over its limit": float(torque.max()),
+        "largest joint speed over its limit": float(speed.max()),
+        "least knee bend": float(knees.min()),
+        "largest landing error": max(errors, default=0.0),
+        "landings off target": float(sum(one > far for one in errors)),
+        "latest landing": max(late, default=0.0),
+        "largest tilt of the trunk": float(np.abs(trace.base_turn[rows, :2]).max()),
+    }
+
+
+def _landings(rollout: Rollout, start: float) -> tuple[list[float], list[float]]:
+    """Distances from the target and delays of the landings from a time on [m, s]."""
+    trace, time = rollout.body, rollout.time
+    if trace is None:
+        return [], []
+    errors, late = [], []
+    for row in np.flatnonzero(np.diff(trace.steps)) + 1:
+        if not (start <= time[row] < start + SPAN and trace.walking[row - 1]):
+            continue
+        command, swing = rollout.commands[row - 1], 1 - int(trace.support[row - 1])
+        away = trace.sole_position[row, swing, :2] - command["step_location"]
+        errors.append(float(np.hypot(*away)))
+        elapsed = float(rollout.observations["elapsed"][row - 1])
+        late.append(elapsed - float(command["step_duration"]))
+    return errors, late
