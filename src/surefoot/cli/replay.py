@@ -11,7 +11,7 @@ import click
 from surefoot.cli.serving import host_option, open_option, port_option, serve_page
 
 if TYPE_CHECKING:
-    from surefoot.live.scenes import Scenes
+    from surefoot.live.replay import Scenes
     from surefoot.live.stage import MakeFigure
     from surefoot.rollout.rollout import Rollout
 
@@ -33,8 +33,7 @@ def replay(file: Path, page: Path | None, host: str, port: int, open_page: bool)
     from surefoot.checks import check_writable, optional_module
 
     optional_module("viser", "playback", "live")
-    from surefoot.live.replay import ReplayPage
-    from surefoot.live.scenes import scenes_of
+    from surefoot.live.replay import ReplayPage, scenes_of
 
     if page is not None:
         optional_module("matplotlib", "plots of a page", "plot")

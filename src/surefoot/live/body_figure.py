@@ -9,7 +9,7 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
-from surefoot.live.colours import GHOST, rgb
+from surefoot.live.figure import GHOST, rgb
 from surefoot.robot.multibody import Multibody
 from surefoot.rollout.snapshot import Snapshot
 from surefoot.show.off_screen import shown_groups
