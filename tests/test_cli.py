@@ -129,7 +129,7 @@ def test_plot_draws(tmp_path: Path) -> None:
         (["--robot", "none.toml"], "readable robot file"),
         (["--duration", "-1"], "`duration` above 0 [s]"),
         (["--duration", "long"], "not a valid float"),
-        (["--controller", "mpc"], "is not one of 'unified', 'hybrid', 'tracking'"),
+        (["--controller", "mpc"], "expected a method (tracking, tracking-stiff, "),
         (["--leg-speed", "0"], "`max_speed` of the swing to be positive"),
         (["--save", "walk.xyz"], "a path ending in .npz"),
         (["--save", "no/such/place/walk.npz"], "a directory that exists; got no/such/place"),
