@@ -66,8 +66,8 @@ if TYPE_CHECKING:
     from surefoot.worlds.body.world import simulate_body
     from surefoot.worlds.point.batch import simulate_batch
     from surefoot.worlds.point.plant import LipmSimulator
+    from surefoot.worlds.point.simulate import simulate
     from surefoot.worlds.point.walks import Walks
-    from surefoot.worlds.point.world import simulate
     from surefoot.worlds.steering import Steering
 
 __version__ = version.VERSION
@@ -127,7 +127,7 @@ _HOMES = {
     "worlds.point.plant": ("LipmSimulator",),
     "rollout.outcome": ("Fall", "Outcome"),
     "rollout.rollout": ("Rollout", "load_rollout"),
-    "worlds.point.world": ("simulate",),
+    "worlds.point.simulate": ("simulate",),
     "worlds.point.walks": ("Walks",),
     "studies.engine.scan": ("PushLimit", "smallest_failing_push"),
     "show.film": ("film_walk",),

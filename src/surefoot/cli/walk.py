@@ -199,6 +199,12 @@ OPTION_OF = {"project_zmp": "--unprojected", "double_support": "--double-support
     metavar="FILE.mcap|.npz",
     help="Keep every cycle of the walk, as a log for ROS 2, Foxglove and PlotJuggler or for NumPy.",
 )
+@click.option(
+    "--dump",
+    type=click.Path(path_type=Path),
+    metavar="FILE.npz",
+    help="Keep the last steps with all states, if the robot falls or a number is NaN.",
+)
 @json_option
 def walk(
     robot: str, velocity: tuple[float, float], changes: tuple[str, ...],
@@ -207,7 +213,7 @@ def walk(
     double_support: float, unprojected: bool, truth: bool, turning: float,
     stand_at: float | None, friction: float, payload: float, mass_error: float, bumps: float,
     delay: float, seed: int, plot: Path | None, decision_plot: Path | None, video: Path | None,
-    save: Path | None, as_json: bool,
+    save: Path | None, dump: Path | None, as_json: bool,
 ) -> None:  # fmt: skip
     """Walk, get pushed, recover; report what happened.
 
@@ -221,33 +227,37 @@ def walk(
     forces = [parse_push(text) for text in pushes]
     velocities = [(time, (x, y)) for x, y, time in map(parse_change, changes)]
     refuse_others(simulator)
-    controller, parameters = read_settings(settings, controller)
+    key, parameters = read_settings(settings, controller)
     decided = None
     if simulator == "mujoco":
         body_walk = BodyWalk(
-            robot, controller, parameters,
+            robot, key, parameters,
             velocity if given("velocity") else BODY_VELOCITY, velocities,
             duration if given("duration") else BODY_DURATION, forces, leg_speed, leg_acceleration,
             truth, turning, stand_at, World(friction, payload, mass_error, bumps, delay, seed),
         )  # fmt: skip
         check_body_walk(body_walk)
-        _check_outputs([plot], video, save)
+        _check_outputs([plot], video, save, dump)
         rollout = walk_body(body_walk)
     else:
-        _check_outputs([plot, decision_plot], None, save)
+        _check_outputs([plot, decision_plot], None, save, dump)
         if unprojected:
             parameters["project_zmp"] = False
         if double_support != 0.0:
             parameters["double_support"] = double_support
         with compiling_notice():
             chosen = _controller(
-                robot, leg_speed, leg_acceleration, controller, velocity, footholds, parameters
+                robot, leg_speed, leg_acceleration, key, velocity, footholds, parameters
             )
             _check_decides(chosen, decision_plot)
-            from surefoot.worlds.point.world import simulate
+            from surefoot.rollout.decisions import DecisionLog
+            from surefoot.worlds.point.simulate import simulate
 
-            rollout = simulate(chosen, duration, forces, velocity_changes=velocities)
-        decided = _decided(chosen, rollout)
+            log = DecisionLog()
+            rollout = simulate(
+                chosen, duration, forces, velocity_changes=velocities, watch=log, dump=dump
+            )
+        decided = log.records if len(log.records) else None
     if save is not None:
         rollout.save(save)
     if plot is not None:
@@ -313,7 +323,9 @@ def _foothold_controller(path: Path, robot: Robot, parameters: dict[str, Any]) -
     return FootholdTracking(robot, load_footholds(path, robot), **parameters)
 
 
-def _check_outputs(pictures: list[Path | None], video: Path | None, save: Path | None) -> None:
+def _check_outputs(
+    pictures: list[Path | None], video: Path | None, save: Path | None, dump: Path | None
+) -> None:
     """Refuse before the walk, not after it, results that could not be kept."""
     from surefoot.checks import optional_module
 
@@ -321,6 +333,10 @@ def _check_outputs(pictures: list[Path | None], video: Path | None, save: Path |
         from surefoot.rollout.files import check_rollout_path
 
         check_rollout_path(save)
+    if dump is not None:
+        from surefoot.rollout.dump import check_dump_path
+
+        check_dump_path(dump)
     for path in pictures:
         if path is not None:
             check_plotting()
@@ -344,14 +360,6 @@ def _check_decides(controller: Controller, decision_plot: Path | None) -> None:
             type(controller).__name__,
             "leave the option out, or walk with --controller unified",
         )
-
-
-def _decided(controller: Controller, rollout: Rollout) -> NDArray[np.void] | None:
-    """The decisions of a walk, if its controller keeps them."""
-    from surefoot.control.unified.controller import UnifiedController
-    from surefoot.rollout.decisions import decisions
-
-    return decisions(controller, rollout) if isinstance(controller, UnifiedController) else None
 
 
 def _film(rollout: Rollout, path: Path) -> None:

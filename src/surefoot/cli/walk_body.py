@@ -37,6 +37,7 @@ OF_POINT_MASS = {
     "double_support": "--double-support",
     "unprojected": "--unprojected",
     "decision_plot": "--plot-decisions",
+    "dump": "--dump",
 }
 """Options that a body has no use for."""
 

@@ -171,14 +171,14 @@ def _pair(values: Any) -> tuple[float, float]:
     return float(x), float(y)
 
 
-def write_archive(path: Path, parts: Parts) -> None:
-    """Write the parts of a rollout.
+def write_archive(path: Path, parts: Parts, beside: Arrays) -> None:
+    """Write the parts of a rollout, and other arrays.
 
     Raises:
         FileError: the file cannot be written.
     """
     of_body = {OF_BODY + name: rows for name, rows in parts.of_body.items()}
-    rows: dict[str, Any] = {**parts.arrays, **of_body}
+    rows: dict[str, Any] = {**parts.arrays, **of_body, **beside}
     try:
         # Opened here, since np.savez would add an ending to "walk.NPZ".
         with path.open("wb") as file:
@@ -230,8 +230,8 @@ def check_rollout_path(path: Path) -> None:
         _log().check_logging()
 
 
-def write_rollout(path: Path, values: Mapping[str, Any]) -> None:
-    """Write the fields of a `Rollout`.
+def write_rollout(path: Path, values: Mapping[str, Any], beside: Arrays) -> None:
+    """Write the fields of a `Rollout`; other arrays go into an archive only.
 
     Raises:
         FileError: another ending, or the file cannot be written.
@@ -241,7 +241,7 @@ def write_rollout(path: Path, values: Mapping[str, Any]) -> None:
     if _is_log(path):
         _log().write_log(path, parts_of(values), values)
     else:
-        write_archive(path, parts_of(values))
+        write_archive(path, parts_of(values), beside)
 
 
 def read_rollout(path: Path) -> tuple[dict[str, Any], str]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from itertools import pairwise
 from pathlib import Path
@@ -294,18 +294,40 @@ class Rollout:
             raise MissingExtraError("pictures", "plot") from error
         draw(self, Path(path))
 
-    def save(self, path: str | Path) -> None:
+    def since(self, cycle: int) -> Rollout:
+        """The walk of a point mass from a cycle on.
+
+        Args:
+            cycle: the first one of the part.
+        """
+        begin = float(self.time[cycle])
+        before = [velocity for at, velocity in self.velocities if at <= begin]
+        later = [one for one in self.velocities if one[0] > begin]
+        same = self.seen is self.observations
+        return replace(
+            self,
+            velocities=((begin, before[-1]), *later),
+            pushes=tuple(push for push in self.pushes if push.end > begin),
+            observations=self.observations[cycle:],
+            commands=self.commands[cycle:],
+            decision_time=self.decision_time[cycle:],
+            seen=self.seen[:0] if same else self.seen[cycle:],
+        )
+
+    def save(self, path: str | Path, **beside: NDArray[Any]) -> None:
         """Write everything to a file.
 
         Args:
             path: file to write, ending in .npz (a NumPy archive) or .mcap (a log for ROS 2, which
                 Foxglove and PlotJuggler open too; `load_rollout` reads what is whole of a part).
+            **beside: other arrays that an archive is to hold.
 
         Raises:
             FileError: another ending, or the file cannot be written.
             MissingExtraError: a log, and the extra `log` is not installed.
         """
-        write_rollout(Path(path), {item.name: getattr(self, item.name) for item in fields(self)})
+        values = {item.name: getattr(self, item.name) for item in fields(self)}
+        write_rollout(Path(path), values, beside)
 
     def __eq__(self, other: object) -> bool:
         return type(other) is Rollout and all(

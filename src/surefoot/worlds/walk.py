@@ -1,6 +1,6 @@
-"""The one loop that walks a robot, in any world: steered, pushed, looked at and forked on its way.
+"""The one loop that walks a robot, in any world: steered, pushed, pictured and forked on its way.
 
-`worlds.point.world.simulate` and `worlds.body.world.simulate_body` are its usual fronts.
+`worlds.point.simulate.simulate` and `worlds.body.world.simulate_body` are its usual fronts.
 """
 
 from __future__ import annotations

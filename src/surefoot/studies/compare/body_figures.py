@@ -161,7 +161,7 @@ def walk_figure(measured: Sequence[Measured[BodyWalks]]) -> Figure:
     """
     panels = [(one, method) for one in measured for method in one.study.methods]
     conditions = {
-        told["key"]: told["label"] for one in measured for told in one.notes["conditions"]
+        shown["key"]: shown["label"] for one in measured for shown in one.notes["conditions"]
     }
     width = _LABELS + (_PANEL + _APART) * len(panels)
     height = _TOP + _LINE * len(conditions) + _BOTTOM

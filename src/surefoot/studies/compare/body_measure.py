@@ -32,12 +32,12 @@ from surefoot.studies.engine.pushed_body import (
     PushedBody,
     mechanism_of,
 )
-from surefoot.worlds.body.controller import BodyControl, BodyState
+from surefoot.worlds.body.controller import BodyControl
 from surefoot.worlds.body.gait import body_control
 from surefoot.worlds.body.inverse_dynamics import InverseDynamics
 from surefoot.worlds.body.plant import Surroundings
 from surefoot.worlds.body.sensors import BodyNoise
-from surefoot.worlds.body.world import simulate_body
+from surefoot.worlds.body.world import BodyWorld, simulate_body
 
 if TYPE_CHECKING:
     from surefoot.studies.compare.body_question import BodyPushes
@@ -214,29 +214,28 @@ def _watched(
     counts: Counter[str] = Counter()
     cycles = 0
 
-    def watch(world: Any) -> None:
+    def watch(world: BodyWorld) -> None:
         nonlocal cycles
         if world.time - begin < SPAN:
             cycles += 1
-            counts.update(active_limits(world.control, world.state))
+            counts.update(active_limits(world))
 
     rollout, end = walk.rollout(walk.push(direction, impulse), watch)
     return {name: n / max(cycles, 1) for name, n in counts.items()}, rollout, end.survived
 
 
-def active_limits(control: BodyControl, state: BodyState) -> set[str]:
+def active_limits(world: BodyWorld) -> set[str]:
     """The limits that shaped this cycle, of the program and of the controller.
 
     Args:
-        control: that has just decided.
-        state: what it left.
+        world: whose control has just decided.
     """
-    support = int(state.walk["support"][0])
-    status = int(state.command.status)
+    support, status = int(world.state.walk["support"][0]), int(world.state.command.status)
     found = {words for flag, words in STATUS_WORDS.items() if status & flag}
-    multibody, mapping = control.multibody, control.mapping
-    if not isinstance(mapping, InverseDynamics):
+    control = world.control
+    if not isinstance(control, BodyControl) or not isinstance(control.mapping, InverseDynamics):
         return found
+    multibody, mapping = control.multibody, control.mapping
     multipliers, joints = mapping.answer().multipliers, mapping.joint_limits
     if not len(multipliers):
         return found

@@ -21,9 +21,9 @@ from surefoot.studies.compare.body_measure import measure_push, measure_walk
 from surefoot.studies.engine.cells import Row
 from surefoot.studies.engine.pushed_body import (
     BODY_METHODS,
+    FIRST_PUSHED_STEP,
     PUSH_DURATION,
-    PUSHED_STEP,
-    RECOVERY_TIME,
+    TIME_AFTER_PUSH,
     PushedBody,
     body_method,
     controller_of,
@@ -132,8 +132,8 @@ class BodyPushes(Study):
             "estimate": self.estimate,
             "noise": repr(noise_of(self.robot, self.estimate)),
             "push_duration": PUSH_DURATION,
-            "recovery_time": RECOVERY_TIME,
-            "pushed_step": PUSHED_STEP,
+            "recovery_time": TIME_AFTER_PUSH,
+            "pushed_step": FIRST_PUSHED_STEP,
         }
 
     def provenance(self) -> dict[str, str]:
@@ -141,7 +141,7 @@ class BodyPushes(Study):
         noise = noise_of(self.robot, self.estimate)
         return {
             **_provenance(self.robot, self.velocity),
-            "push": f"{PUSH_DURATION:g} s on the base; {RECOVERY_TIME:g} s of walking after it",
+            "push": f"{PUSH_DURATION:g} s on the base; {TIME_AFTER_PUSH:g} s of walking after it",
             "scan": f"{self.step:g} N s, upwards from 0 to {self.largest:g} m/s",
             "phases": f"{self.phases}, in steps of both feet",
             "state": f"estimated from {noise}" if self.estimate else "the truth",

@@ -204,6 +204,7 @@ def explained_table(measured: Measured[BodyPushes], explained: Sequence[Row]) ->
         "more than without the push; and the most that was used.",
         ("method", "direction", "push, phase, foot", "cause", "active limits", "used"),
         rows,
+        names=2,
     )
 
 

@@ -114,8 +114,8 @@ def push_bodies(
         for one in measured if explain else ():
             with progress_bar("explaining") as report:
                 explained += explain_worst(one.study, one.rows, report)
-    told = {"explained": explained}
-    return _end(measured, push_report(measured, explained), out, as_json, told)
+    beside = {"explained": explained}
+    return _end(measured, push_report(measured, explained), out, as_json, beside)
 
 
 def walk_bodies(
@@ -173,14 +173,14 @@ def _measure(studies: Sequence[Study], out: Path, workers: int) -> list[Measured
 
 
 def _end(
-    measured: Sequence[Measured[Any]], report: Report, out: Path, as_json: bool, told: dict
+    measured: Sequence[Measured[Any]], report: Report, out: Path, as_json: bool, beside: dict
 ) -> int:
     from rich.console import Console
 
     status = tell_failures([failure for one in measured for failure in one.failures])
     page, text, *_ = report.write(out)
     if as_json:
-        print_json({"robots": [one.as_numbers() for one in measured], **told})
+        print_json({"robots": [one.as_numbers() for one in measured], **beside})
     else:
         report.print(Console())
         click.echo(f"\npage: {page}, report: {text}, a table in the folder of each robot")

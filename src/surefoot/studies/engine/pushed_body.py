@@ -32,10 +32,10 @@ from surefoot.worlds.walk import Walk
 PUSH_DURATION = 0.2
 """How long every push lasts [s]."""
 
-RECOVERY_TIME = 5.0
+TIME_AFTER_PUSH = 5.0
 """For so long a robot has to walk on after the push [s]."""
 
-PUSHED_STEP = 8
+FIRST_PUSHED_STEP = 8
 """No step before this one is pushed: two in place come first, then the gait settles."""
 
 LONGEST_APPROACH = 15.0
@@ -137,11 +137,11 @@ def controller_of(robot: Robot, key: str, velocity: tuple[float, float]) -> Cont
 
 @dataclass(frozen=True)
 class Checkpoint:
-    """A walk at an instant, from which forks continue; itself it stays there.
+    """A walk at an instant, from which forks continue; a value, as long as it does not itself.
 
     Attributes:
-        walk: up to that instant.
-        cycles: how many it has made since it was forked.
+        walk: up to now.
+        cycles: how many there were since it was forked.
         settled: whether the robot is back in its gait.
         usual: the last steps of the walk so far, by side, if it was not pushed.
     """
@@ -159,17 +159,17 @@ class Checkpoint:
     @property
     def arrived(self) -> bool:
         """Whether the robot has come to the step that is pushed."""
-        return not (self.walk.fallen or self.walk.world.has_reached(LONGEST_APPROACH))
+        return not self.walk.fallen and self.cycles < round(LONGEST_APPROACH / TIME_STEP)
 
     @property
     def survived(self) -> bool:
         """Whether the robot still walks after its push."""
-        whole = self.cycles == round((PUSH_DURATION + RECOVERY_TIME) / TIME_STEP)
+        whole = self.cycles == round((PUSH_DURATION + TIME_AFTER_PUSH) / TIME_STEP)
         return not self.walk.fallen and (whole or self.settled)
 
 
 Watch = Callable[[BodyWorld], None]
-"""Called after every decision, before physics goes on."""
+"""Called after every decision, before physics continues."""
 
 
 @dataclass(frozen=True)
@@ -236,10 +236,9 @@ class PushedBody:
             stuck = now["now"] - now["began"] > STUCK
             return bool(stuck or (not recorded and settling.done(world.state)))
 
-        walk.run(start.time + PUSH_DURATION + RECOVERY_TIME, over)
+        walk.run(start.time + PUSH_DURATION + TIME_AFTER_PUSH, over)
         cycles = walk.world.cycles - start.walk.world.cycles
-        settled = not walk.fallen and settling.done(walk.world.state)
-        return Checkpoint(walk, cycles, settled, start.usual)
+        return Checkpoint(walk, cycles, not walk.fallen and settling.done(walk.world.state))
 
     def rollout(self, push: Push, watch: Watch | None = None) -> tuple[Rollout, Checkpoint]:
         """The walk with a push from its beginning to its end, as `simulate_body` returns it.
@@ -256,28 +255,27 @@ class PushedBody:
 
 
 @lru_cache(maxsize=2)
-def _approach(pushed: PushedBody) -> Checkpoint:
+def _approach(walk: PushedBody) -> Checkpoint:
     """Walk from a stand to where the push begins."""
-    control, support = pushed.control(), SIDES.index(pushed.foot)
-    noise = noise_of(pushed.robot, pushed.estimate)
-    estimator = usual_estimator(control.multibody, noise) if pushed.estimate else None
-    retained = LONGEST_APPROACH + PUSH_DURATION + RECOVERY_TIME
+    control, noise = walk.control(), noise_of(walk.robot, walk.estimate)
+    estimator = usual_estimator(control.multibody, noise) if walk.estimate else None
+    retained = LONGEST_APPROACH + PUSH_DURATION + TIME_AFTER_PUSH
     world = BodyWorld(control, None, noise, estimator, retained=retained)
-    walk = Walk(world, plan=[(0.0, Steering(pushed.velocity))])
-    steps, usual = Steps(), {}
+    going = Walk(world, plan=[(0.0, Steering(walk.velocity))])
+    support, steps, usual = SIDES.index(walk.foot), Steps(), {}
 
     def due(world: BodyWorld) -> bool:
         now, begun = world.state.walk[0], steps.begun(world.state)
         if begun is not None:
             usual[begun.side] = begun
-        if now["phase"] != WALKING or now["steps"] < PUSHED_STEP or now["support"] != support:
+        if now["phase"] != WALKING or now["steps"] < FIRST_PUSHED_STEP or now["support"] != support:
             return False
         # The next cycle is the first of the push.
         elapsed = now["now"] + TIME_STEP - now["began"]
-        return bool(elapsed >= pushed.phase * world.state.command.step_duration - 1e-9)
+        return bool(elapsed >= walk.phase * world.state.command.step_duration - 1e-9)
 
-    walk.run(LONGEST_APPROACH, due)
-    return Checkpoint(walk, world.cycles, usual=usual)
+    going.run(LONGEST_APPROACH, due)
+    return Checkpoint(going, world.cycles, usual=usual)
 
 
 def noise_of(robot: Robot, estimate: bool) -> BodyNoise | None:

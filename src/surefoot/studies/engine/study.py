@@ -30,7 +30,7 @@ from __future__ import annotations
 import hashlib
 import inspect
 from collections.abc import Iterable, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
 from typing import Any, ClassVar, Generic, TypeVar
 
@@ -185,8 +185,10 @@ def run(
     study.check()
     cells = list(study.cells())
     shards = Shards(folder, _common(study))
+    # A row that was made before a column of its cell was thought of has the column's default.
+    usual = {one.name: one.default for one in fields(cells[0])} if cells else {}
     names = list(study.columns(cells[0])) if cells else []
-    have = {_key([row.get(name) for name in names]): row for row in shards.rows}
+    have = {_key([row.get(name, usual.get(name)) for name in names]): row for row in shards.rows}
     wanted = {_key_of(study, one): one for one in map(study.measured_as, cells)}
     failures = measure_missing(
         _rows, study, wanted, have, shards, workers=workers, at_once=study.at_once(),

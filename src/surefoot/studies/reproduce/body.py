@@ -203,12 +203,12 @@ def body_claim(answer: BodyAnswer) -> Claim:
     if after is None:
         last = answer.steps[-1]
         why.append(f"its last steps are {abs(last.step[1]):.2f} m wide ({abs(usual.step[1]):.2f})")
-    told = "; ".join(words for words in why if words)
+    reasons = "; ".join(words for words in why if words)
     verdict = REPRODUCED if short and in_time else IN_PART
     if push.steps == 0:
         verdict = BEYOND
     return Claim(
-        push.figure, where, push.paper, ours, verdict, told or "on the body as on the point mass"
+        push.figure, where, push.paper, ours, verdict, reasons or "on the body as on the point mass"
     )
 
 
@@ -222,7 +222,7 @@ def back_words(answer: BodyAnswer) -> str:
 
 
 def step_rows(answers: Sequence[BodyAnswer], most: int = 6) -> list[tuple[str, ...]]:
-    """Steps from the pushed one on: who, foot, duration, length, width and error of the DCM."""
+    """Steps from the pushed one on: walk, foot, duration, length, width and error of the DCM."""
     return [
         (
             f"{body_method(one.method).label}, {one.push.impulse:g} N s {one.push.direction}",

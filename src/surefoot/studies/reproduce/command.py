@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from surefoot.options import check_plotting, compiling_notice
+from surefoot.options import check_plotting, compiling_notice, progress_bar
 
 
 @click.command()
@@ -68,8 +68,8 @@ def _reproduce_on_body(out: Path) -> None:
     check_folder(out)
     robot = load_robot("paper-biped")
     click.echo("walking and pushing in physics; this takes a minute ...", err=True)
-    with compiling_notice(20.0, "a minute"):
-        answers = paper_push_answers(robot)
+    with compiling_notice(20.0, "a minute"), progress_bar("pushing") as report:
+        answers = paper_push_answers(robot, report=report)
     for claim in map(body_claim, answers):
         click.echo(f"{claim.figure}, {claim.text}: {claim.ours.split(';')[0]}; {claim.verdict}")
     click.echo(f"report: {body_report(robot, answers).write(out)[0]}")

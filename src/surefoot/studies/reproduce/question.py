@@ -20,7 +20,7 @@ from surefoot.robot.feet import Side
 from surefoot.robot.robot import Robot
 from surefoot.rollout.rollout import Rollout
 from surefoot.worlds.point.plant import LipmSimulator
-from surefoot.worlds.point.world import simulate
+from surefoot.worlds.point.simulate import simulate
 
 REPRODUCED = "reproduced"
 UNDER_ASSUMPTIONS = "reproduced under stated assumptions"

@@ -10,6 +10,7 @@ from surefoot.robot.robot import Robot
 from surefoot.show.walk_figure import walk_figure
 from surefoot.studies.engine.report import Details, Figure, Part, Report, Table, Text
 from surefoot.studies.reproduce.body import (
+    FELL,
     STEP_COLUMNS,
     BodyAnswer,
     body_claim,
@@ -19,7 +20,7 @@ from surefoot.studies.reproduce.body import (
 from surefoot.studies.reproduce.figures import PICTURES
 from surefoot.studies.reproduce.measure import PaperResults, paper_parameters
 from surefoot.studies.reproduce.one_step import limits_table
-from surefoot.studies.reproduce.question import Claim
+from surefoot.studies.reproduce.question import NOT_REPRODUCED, Claim
 
 COLUMNS = ("where", "what", "paper", "ours", "verdict", "why")
 """Of the table of claims."""
@@ -35,7 +36,7 @@ def paper_report(robot: Robot, results: PaperResults) -> Report:
     pictures = [
         Figure(
             f"pictures/{name}.png", caption, partial(draw, results.rollouts),
-            embedded=name != "decision-time",
+            page="link" if name == "decision-time" else "inside",
         )
         for name, (caption, draw) in PICTURES.items()
     ]  # fmt: skip
@@ -84,6 +85,12 @@ def _parts(
             "written down beforehand."
         ),
         Table("", "", ("parameter", "value"), parameters),
-        Table("Claims", "", COLUMNS, [astuple(claim) for claim in claims]),
+        Table(
+            "Claims",
+            "",
+            COLUMNS,
+            [astuple(claim) for claim in claims],
+            alarming=(NOT_REPRODUCED, FELL),
+        ),
         Details("Figures", pictures),
     ]

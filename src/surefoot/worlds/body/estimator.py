@@ -119,7 +119,7 @@ _UNITS = {
     "gyro_bias": "rad/s",
     "period": "s",
 }
-"""Of the parameters that a sensor or the loop has, whoever's they are."""
+"""Of the parameters that sensors or the loop have, the same for every robot."""
 
 
 class BodyReadings(NamedTuple):
@@ -159,7 +159,10 @@ class BodyMemory(NamedTuple):
 
 @njit
 def _filter_base(settings, base, links, angles, gyro, accelerometer, force, feet, past):
-    """Base at the time of the readings; if an encoder is silent, the feet say nothing."""
+    """Base at the time of the readings; if an encoder is silent, the feet say nothing.
+
+    The readings come as arrays of the robot's length, which no record holds.
+    """
     noise, R, acceleration = settings.base, np.empty((3, 3)), np.empty(3)
     rotation_matrix(base.orientation, R)
     believe_gyro(settings, base, gyro, past)
@@ -201,7 +204,10 @@ def _estimate(
     settings, links, base, joints, expected,
     angles, velocities, gyro, accelerometer, force, feet, acceleration, qpos, qvel,
 ):  # fmt: skip
-    """One cycle; base, joints, expected, qpos and qvel are changed."""
+    """One cycle; base, joints, expected, qpos and qvel are changed.
+
+    Records and readings, and MuJoCo's arrays of the robot's length, which no record holds.
+    """
     size, delay = qvel.shape[0], settings[0].delay
     ring, now = delay + 1, base[0].cycles
     here = now % ring * size

@@ -46,7 +46,10 @@ def _solve(
     reference, motion, sole_jacobian, com_jacobian, base_dof, targets, weights, gain, period,
     damping, rows, velocity,
 ):  # fmt: skip
-    """Write the generalised velocity that is nearest to all tasks."""
+    """Write the generalised velocity that is nearest to all tasks.
+
+    Its arrays have the robot's length, which no record holds, and MuJoCo's are read where they lie.
+    """
     ref, m, error, right = reference[0], motion[0], np.empty(3), np.zeros(TASK_ROWS)
     rows[:, :] = 0.0
     nv, r = rows.shape[1], 0
@@ -106,7 +109,7 @@ class InverseKinematics:
 
     Args:
         multibody: the mechanism.
-        rate: at which errors of place are removed; a fifth in a cycle, whoever's it is [1/s].
+        rate: at which errors of place are removed; a fifth in a cycle, of any robot [1/s].
         stiffness: of the servos; 3.75 m g h if None [N m/rad].
         damping: likewise; 0.394 m g h / omega [N m s/rad].
         trunk_weight: of the trunk's orientation, where that of a sole has 1 [-].

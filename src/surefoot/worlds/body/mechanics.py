@@ -35,27 +35,16 @@ MOTION = np.dtype(
 
 @njit
 def _move(
-    sites,
-    base,
-    velocity,
-    jacobian,
-    rate,
-    places,
-    axes,
-    frames,
-    com,
-    speed,
-    momentum,
-    motion,
-):
-    """Write the `MOTION` record, and nothing else."""
+    sites, base, velocity, jacobian, rate, places, axes, frames, com, speed, momentum, motion
+):  # fmt: skip
+    """Write the `MOTION` record, and nothing else.
+
+    The other arguments are arrays of MuJoCo's, which are read where they lie.
+    """
     out = motion[0]
     for i in range(3):
-        out.com[i], out.com_velocity[i], out.angular_momentum[i] = (
-            com[base, i],
-            speed[base, i],
-            momentum[base, i],
-        )
+        out.com[i], out.com_velocity[i] = com[base, i], speed[base, i]
+        out.angular_momentum[i] = momentum[base, i]
         for k in range(3):
             out.base_axes[i, k] = frames[base, 3 * i + k]
     for side in range(2):
@@ -87,7 +76,8 @@ def _turn_rate(velocity, axis, out):
 def _differentiate(chain, axes, rates, speeds, com, place, foot, jacobian, rate):
     """Write J and dJ/dt of a point of a foot, from the axes of motion of the joints above it.
 
-    Both are what `mj_jacSite` and `mj_jacDot` give, to the bit and in a fifth of the time.
+    Both are what `mj_jacSite` and `mj_jacDot` give, to the bit and in a fifth of the time. Most
+    arguments are arrays of MuJoCo's, which are read where they lie.
     """
     c, own, point, out = speeds[foot], np.empty(6), np.empty(3), np.empty(3)
     for i in range(3):
@@ -117,25 +107,18 @@ def _describe(
     sites, feet, left, right, base, velocity, jacobian, rate,
     axes, rates, speeds, places, frames, turns, com, speed, momentum, motion,
 ):  # fmt: skip
+    """Write the motion of base and soles.
+
+    Most arguments are arrays of MuJoCo's, which are read where they lie.
+    """
     for side in range(2):
         _differentiate(
             left if side == 0 else right, axes, rates, speeds, com[base], places[sites[side]],
             feet[side], jacobian[side], rate[side],
         )  # fmt: skip
     _move(
-        sites,
-        base,
-        velocity,
-        jacobian,
-        rate,
-        places,
-        frames,
-        turns,
-        com,
-        speed,
-        momentum,
-        motion,
-    )
+        sites, base, velocity, jacobian, rate, places, frames, turns, com, speed, momentum, motion
+    )  # fmt: skip
 
 
 @cache

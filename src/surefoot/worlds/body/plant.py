@@ -24,10 +24,10 @@ STANDS, CROSSED, TOUCHED, TILTED, SUNK = range(5)
 """What has become of a body: on its feet; legs have met; another part than a sole is on the floor;
 the trunk leans too far; it is too low."""
 
-MOST_TILT = 0.8
+MAX_TILT = 0.8
 """Of the trunk, of one that has not fallen [rad]."""
 
-LEAST_HEIGHT = 0.65
+MIN_HEIGHT = 0.65
 """Of the base over the floor, of the nominal one [-]."""
 
 
@@ -75,7 +75,7 @@ def _state_of(pairs, count, is_floor, is_sole, upright, height, least):
             return CROSSED
         if not is_sole[b if is_floor[a] else a]:
             found = TOUCHED
-    if found == STANDS and upright < math.cos(MOST_TILT):
+    if found == STANDS and upright < math.cos(MAX_TILT):
         found = TILTED
     if found == STANDS and height < least:
         found = SUNK
@@ -152,7 +152,7 @@ class BodyPlant:
         return int(
             _state_of(
                 contacts, len(contacts), self._is_floor, self._is_sole, self._upright[8],
-                self.position[2], LEAST_HEIGHT * self.multibody.nominal[2],
+                self.position[2], MIN_HEIGHT * self.multibody.nominal[2],
             )
         )  # fmt: skip
 

@@ -1,4 +1,4 @@
-"""Whether a robot's file and its model agree, and whether it can stand and walk as it is told."""
+"""Whether a robot's file and its model agree, and whether it can stand and walk as commanded."""
 
 from __future__ import annotations
 

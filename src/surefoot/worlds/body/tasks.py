@@ -26,7 +26,7 @@ GROUND = np.dtype(
         ("friction", "f8"),
         ("half", "f8", (2,)),
         ("arm", "f8"),
-        ("most_force", "f8"),
+        ("max_force", "f8"),
         ("mass", "f8"),
         ("gravity", "f8"),
         ("rolls", "i8"),
@@ -200,7 +200,10 @@ def swing_rows(
     weights, stiffness, rolls, reference, jacobian, velocity, drift, place, axes, error,
     rows, right, r,
 ):  # fmt: skip
-    """The sole in the air follows its reference; a passive ankle's roll is left to its spring."""
+    """The sole in the air follows its reference; a passive ankle's roll is left to its spring.
+
+    It writes into the rows of the program, arrays of the robot's length, which no record holds.
+    """
     nv, k = jacobian.shape[1], stiffness.swing
     damping = 2.0 * math.sqrt(k)
     for i in range(3):
@@ -246,7 +249,10 @@ def com_rows(weights, ground, reference, axes, nv, rows, right, r):
 
 @njit
 def zmp_rows(weights, ground, reference, place, axes, nv, rows, right, r):
-    """One foot: where the ground pushes, and the height; sideways only if the ankle can push."""
+    """One foot: where the ground pushes, and the height; sideways only if the ankle can push.
+
+    It writes into the rows of the program, arrays of the robot's length, which no record holds.
+    """
     root = math.sqrt(weights.height)
     for c in range(3):
         rows[r, nv + c] = root * axes[2, c] * ground.gravity
@@ -268,7 +274,10 @@ def zmp_rows(weights, ground, reference, place, axes, nv, rows, right, r):
 
 @njit
 def trunk_rows(weights, stiffness, reference, axes, turning, first, error, rows, right, r):
-    """The trunk keeps upright and its heading; `first` is its first rotational column."""
+    """The trunk keeps upright and its heading; `first` is its first rotational column.
+
+    It writes into the rows of the program, arrays of the robot's length, which no record holds.
+    """
     rotation_error(axes, reference.trunk[0], reference.trunk[1], reference.trunk[2], error)
     damping = 2.0 * math.sqrt(stiffness.trunk)
     for i in range(3):
@@ -284,7 +293,10 @@ def trunk_rows(weights, stiffness, reference, axes, turning, first, error, rows,
 
 @njit
 def posture_and_bounds(weights, stiffness, joints, position, velocity, hessian, slope, low, high):
-    """Joints tend to the nominal posture, and keep off their limits of position and speed."""
+    """Joints tend to the nominal posture, and keep off their limits of position and speed.
+
+    It writes into the arrays of the program, of the robot's length, which no record holds.
+    """
     damping, stop = 2.0 * math.sqrt(stiffness.posture), 2.0 * math.sqrt(stiffness.joint_limit)
     for j in range(joints.shape[0]):
         joint = joints[j]
@@ -322,7 +334,7 @@ def ground_rows(ground, count, nv, n, matrix, low, high, r):
     )  # fmt: skip
     for side in range(count):
         first = nv + WRENCH * side
-        low[first + 2], high[first + 2] = 0.0, ground.most_force
+        low[first + 2], high[first + 2] = 0.0, ground.max_force
         for i in (0, 1, 3, 4, 5):
             for sign in (1.0, -1.0):
                 matrix[r, first + i], matrix[r, first + 2] = sign, -most[i]

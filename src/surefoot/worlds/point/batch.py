@@ -68,7 +68,8 @@ def _walk(
     """One closed loop until the walk ends, or as long as every cycle is over before `until`.
 
     `states` and `worlds` are arrays of two records that swap each cycle; before and after this
-    the first one is now.
+    the first one is now. Every argument is a record of its own kind, and a record that held them
+    would differ from controller to controller, so that the loop would be compiled for each.
     """
     now = 0
     while worlds[now].observation.time + simulator.period < until:
@@ -94,6 +95,8 @@ def _walk_range(kernel, records, trunk, branch, scene, seeds, firsts, quiets, pu
 
     The trunk is a walk that is not pushed yet; the next walk branches off from it, if it is one of
     the same scene that is not pushed earlier.
+
+    Those that differ from walk to walk are arrays of their own, cut for each thread.
 
     `records` are by scene parameters, state, simulator, world, sensors, what was measured, monitor
     and progress; `trunk` and `branch` are room for one walk, see `_room`.

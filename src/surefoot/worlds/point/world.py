@@ -5,7 +5,6 @@ from __future__ import annotations
 import copy
 import math
 from collections import deque
-from collections.abc import Callable, Sequence
 from dataclasses import replace
 from time import perf_counter_ns
 from typing import NamedTuple, Self
@@ -17,12 +16,12 @@ from surefoot.checks import check_number
 from surefoot.control.estimator import Estimator
 from surefoot.dcm.frame_turn import rotated, turned
 from surefoot.dcm.pushes import Push, acting_force
-from surefoot.errors import ParameterError
 from surefoot.interface import COMMAND, OBSERVATION, Command, Controller, Observation
 from surefoot.record import copy_array, new_array, stack
 from surefoot.robot.feet import Side
 from surefoot.robot.robot import Robot
 from surefoot.rollout.disturbance import Disturbance
+from surefoot.rollout.dump import Checkpoint
 from surefoot.rollout.outcome import settled_error
 from surefoot.rollout.rollout import Rollout, describe
 from surefoot.rollout.snapshot import Snapshot
@@ -30,7 +29,6 @@ from surefoot.version import VERSION
 from surefoot.worlds.point.plant import LipmSimulator
 from surefoot.worlds.point.sensors import PointSensors
 from surefoot.worlds.steering import Steering
-from surefoot.worlds.walk import Walk
 from surefoot.worlds.world import Route
 
 
@@ -120,7 +118,7 @@ class PointWorld:
         self._simulator = replace(self._simulator, pushes=pushes)
 
     def push_with(self, records: NDArray[np.void]) -> None:
-        """Push with `PUSH` records, shape (pushes,), which no rollout tells of."""
+        """Push with `PUSH` records, shape (pushes,), which are not part of a rollout."""
         self._simulator = self._simulator.pushed_by(records)
 
     @property
@@ -221,6 +219,21 @@ class PointWorld:
         before = [velocity for at, velocity in self._velocities if at <= first]
         return [(first, before[-1]), *(one for one in self._velocities if one[0] > first)]
 
+    def checkpoint(self) -> Checkpoint:
+        """All that evolves, between two cycles."""
+        return Checkpoint(
+            len(self._rows), self._heading, self.record, self._memory, self.state,
+            self.command.array,
+        )  # fmt: skip
+
+    def resume(self, at: Checkpoint) -> None:
+        """Go on from a checkpoint, with nothing retained of what was before it."""
+        self._rows.clear()
+        self._heading, self.record, self._memory = at.heading, at.world, at.measured
+        self.state, self.command = at.state, Command.of(at.command)
+        velocity = rotated(self._controller.gait.velocity, at.heading)
+        self._velocities = [(self.time, velocity)]
+
     def fork(self, recorded: bool = True) -> Self:
         """A copy that goes on by itself.
 
@@ -267,59 +280,3 @@ class PointWorld:
             version=VERSION,
             settled_error=settled_error(self._controller),
         )
-
-
-def simulate(
-    controller: Controller,
-    duration: float = 6.0,
-    pushes: Sequence[Push] = (),
-    *,
-    velocity_changes: Sequence[tuple[float, tuple[float, float]]] = (),
-    first_support: Side | None = None,
-    plant: Robot | None = None,
-    disturbance: Disturbance | None = None,
-    estimator: Estimator | None = None,
-    watch: Callable[[PointWorld], None] | None = None,
-) -> Rollout:
-    """Walk on the linear inverted pendulum, starting on the nominal gait.
-
-    Args:
-        controller: what decides, every `controller.period`.
-        duration: how long to walk [s]; a fall ends the walk early.
-        pushes: forces on the CoM.
-        velocity_changes: (time, (v_x, v_y)): new commands, in order of time [s, m/s].
-        first_support: the foot that stands in the first step, the controller's choice if None.
-        plant: the robot that is moved, if it is not the one the controller believes in. If its
-            height is another one, the controller is given a DCM that is made of CoM and velocity
-            with the frequency that it believes in.
-        disturbance: noise, delay and offset of what is measured, and errors of landing.
-        estimator: between what is measured and the controller.
-        watch: called after every decision with the world, whose `controller`, `state` and `command`
-            are those of that cycle.
-
-    Returns:
-        The rollout.
-
-    Raises:
-        ParameterError: the duration is not positive and finite, the changes are not in order, or
-            the delay is no whole number of control periods.
-        VelocityError: one of the velocities cannot be walked; raised before the walk begins.
-    """
-    check_number("duration", duration, 0.0, "s", above=True)
-    times = [time for time, _ in velocity_changes]
-    if times != sorted(times):
-        raise ParameterError(
-            "velocity changes in order of time", f"{list(velocity_changes)!r}", "sort them"
-        )
-    # What cannot be walked is refused before the walk begins.
-    for _, velocity in velocity_changes:
-        controller.with_velocity(velocity)
-    world = PointWorld(
-        controller, plant, disturbance, estimator, first_support=first_support, retained=math.inf
-    )
-    plan = [(time, Steering(velocity)) for time, velocity in velocity_changes]
-    walk = Walk(world, pushes, plan, watch)
-    walk.run(duration)
-    # The last instant is observed and answered, and the answer is not carried out.
-    walk.decide()
-    return walk.rollout()
