@@ -21,7 +21,7 @@ from surefoot.robot.floor import (
     laid_boards,
     scattered_boards,
 )
-from surefoot.show.body_figure import body_figure
+from surefoot.show.walk_figure import walk_figure
 from surefoot.worlds.body.plant import STANDS, TOUCHED, BodyPlant
 from surefoot.worlds.body.step import SOON_DOWN
 from surefoot.worlds.steering import course_of
@@ -186,7 +186,7 @@ def test_a_recording_keeps_the_boards(rough: sf.Rollout, tmp_path: Path) -> None
 
 def test_the_picture_shows_the_boards(rough: sf.Rollout) -> None:
     assert rough.body is not None
-    figure = body_figure(rough, rough.body)
+    figure = walk_figure(rough)
     top = next(ax for ax in figure.axes if ax.get_xlabel() == "x [m]")
     drawn = [patch for patch in top.patches if str(patch.get_gid()).startswith("board-")]
     assert 0 < len(drawn) < len(ROUGH.boards)

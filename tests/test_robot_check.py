@@ -20,7 +20,7 @@ from surefoot.robot.legs import measure_pose
 from surefoot.robot.model_file import DATA_PACKAGES, how_to_install, missing_packages
 from surefoot.robot.multibody import load_multibody
 from surefoot.robot.robot import preset_text
-from surefoot.show.robot_picture import draw_robot
+from surefoot.show.robot import draw_robot
 from surefoot.worlds.body.gait import walking_robot
 
 PRESETS = [
@@ -221,7 +221,7 @@ def test_a_picture_needs_a_place_and_opengl(
     def refuse(*_: object) -> None:
         raise ImportError("no EGL here")
 
-    monkeypatch.setattr("mujoco.Renderer", refuse)
+    monkeypatch.setattr("surefoot.show.off_screen._gl_context", lambda: refuse)
     mechanism = load_multibody(sf.load_robot("paper-biped"))
     with pytest.raises(DisplayError, match=r"ImportError: no EGL here; install Mesa .*MUJOCO_GL"):
         draw_robot(mechanism, measure_pose(mechanism), tmp_path / "a.png")
