@@ -1,8 +1,8 @@
 """The documentation builds, names what exists, and all code in it runs.
 
 The blocks of a page run in order, in one directory and one Python namespace. A python block that is
-directly followed by a text block must print just that. A toml block whose first line is a comment
-with a file name is written to that file. Of the shell blocks, the lines that call surefoot are run;
+directly followed by a text block must print just that. A toml or python block whose first line is a
+comment with a file name is written to that file instead. Of the shell blocks, the lines that call surefoot are run;
 one that is to fail says so at its end: `# exits with 1`.
 """
 
@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import contextlib
 import io
+import os
 import re
 import shlex
 import subprocess
@@ -87,16 +88,17 @@ def run_commands(block: Block, folder: Path) -> None:
 def test_code_of_page_runs(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("MPLBACKEND", "Agg")
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join((str(tmp_path), *sys.path)))
+    monkeypatch.syspath_prepend(tmp_path)
     namespace = {"__name__": page.stem}
     for block in blocks_of(page.read_text("utf-8")):
-        if block.language == "python":
+        name = re.match(r"# (\S+\.(?:toml|py))\n", block.text)
+        if name is not None:
+            (tmp_path / name[1]).write_text(block.text, "utf-8")
+        elif block.language == "python":
             run_python(block, str(page), namespace)
         elif block.language in ("sh", "bash", "console"):
             run_commands(block, tmp_path)
-        elif block.language == "toml":
-            name = re.match(r"# (\S+\.toml)\n", block.text)
-            if name is not None:
-                (tmp_path / name[1]).write_text(block.text, "utf-8")
 
 
 def test_sphinx_builds_without_a_warning(tmp_path: Path) -> None:
