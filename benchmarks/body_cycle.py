@@ -29,11 +29,11 @@ import surefoot as sf
 from surefoot.control.unified.controller import UnifiedController
 from surefoot.rollout.trace import WALKING
 from surefoot.worlds.body.estimator import BodyEstimator
+from surefoot.worlds.body.interface import JointCommand
 from surefoot.worlds.body.inverse_dynamics import InverseDynamics
 from surefoot.worlds.body.mechanics import Mechanics
-from surefoot.worlds.body.noise import BodyNoise
 from surefoot.worlds.body.plant import BodyPlant
-from surefoot.worlds.body.sensors import BodySight
+from surefoot.worlds.body.sensors import BodyNoise, BodySensors
 
 ROBOT, VELOCITY, TURN = "paper-biped", (0.3, 0.0), 20
 """Who walks how fast [m/s]; how many cycles a walk goes on before it is the next one's turn."""
@@ -75,8 +75,10 @@ class Walk:
         controller = sf.body_controller("unified", sf.walking_robot(multibody), VELOCITY)
         self.control = sf.body_control(controller, multibody)
         self.plant = BodyPlant(multibody)
-        self.sight = BodySight(self.plant, noise, BodyEstimator(multibody) if estimated else None)
-        self.state, self.command = self.control.start(), None
+        estimator = BodyEstimator(multibody) if estimated else None
+        self.sensors = BodySensors(self.plant, noise, estimator)
+        self.state = self.control.start()
+        self.command = JointCommand(len(multibody.motors), multibody.model.nv)
 
     def turn(self) -> Iterator[tuple[str, float]]:
         """Some cycles: what each was about, and how long it took [µs]."""
@@ -90,10 +92,10 @@ class Walk:
 
     def cycle(self) -> float:
         """State, controller and inverse dynamics are timed; sensors and physics are not [µs]."""
-        senses, steering = self.sight.read(first=self.command is None), sf.Steering(VELOCITY)
-        time = self.plant.time
+        time, steering = self.plant.time, sf.Steering(VELOCITY)
+        readings = self.sensors.measure(first=self.plant.cycle == 0)
         began = perf_counter_ns()
-        body = self.sight.see(senses, self.state, self.command)
+        body = self.sensors.estimate(readings, self.state, self.command)
         self.command, self.state = self.control.step(self.state, time, *body, steering)
         took = perf_counter_ns() - began
         self.plant.act(self.command)

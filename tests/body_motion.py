@@ -12,7 +12,7 @@ import numpy as np
 
 from surefoot.robot.multibody import Multibody
 from surefoot.robot.robot import STANDARD_GRAVITY
-from surefoot.worlds.body.estimator import BodyEstimator, BodyMemory, BodySenses
+from surefoot.worlds.body.estimator import BodyEstimator, BodyMemory, BodyReadings
 
 PERIOD = 0.001
 SWITCHES = (0.3, 0.7, 1.1)
@@ -27,7 +27,7 @@ class Motion:
     qvel: np.ndarray
     expected: np.ndarray
     feet: np.ndarray
-    senses: list[BodySenses]
+    senses: list[BodyReadings]
 
 
 @dataclass(frozen=True)
@@ -102,7 +102,7 @@ def sensed(qpos: np.ndarray, feet: np.ndarray) -> Motion:
         lift = expected[k, :3] + (0.0, 0.0, STANDARD_GRAVITY)
         felt = matrix(qpos[max(k - 1, 0), 3:7]).T @ lift
         senses.append(
-            BodySenses(
+            BodyReadings(
                 k * PERIOD, qpos[k, 7:].copy(), qvel[k, 6:].copy(), qvel[k, 3:6].copy(), felt,
                 force[k].astype(float),
             )

@@ -3,7 +3,12 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any
+
+import surefoot as sf
+from surefoot.studies.compare.question import Comparison
+from surefoot.studies.engine.study import Measured
 
 SPEEDS = (2.0, 3.0, 4.0, 6.0, math.inf)
 DURATIONS = (0.1, 0.2, 0.4)
@@ -51,6 +56,16 @@ PROVENANCE = {
     "velocity": "0.5 m/s forward",
     "command": "surefoot compare --directions 8 --phases 8",
 }
+
+
+def comparison(
+    rows: Sequence[dict[str, Any]],
+    methods: Sequence[dict[str, Any]] = METHODS,
+    provenance: dict[str, str] = PROVENANCE,
+) -> Measured[Comparison]:
+    """Rows as if a study had measured them."""
+    study = Comparison(sf.load_robot("paper-biped"))
+    return Measured(study, list(rows), [], provenance, {"methods": list(methods)})
 
 
 def measured_rows(

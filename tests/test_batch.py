@@ -11,7 +11,7 @@ from surefoot.record import new_array
 from surefoot.worlds.point.batch import simulate_batch
 from surefoot.worlds.point.landings import pushed_landings
 from surefoot.worlds.point.plant import LipmSimulator
-from surefoot.worlds.point.sensors import Senses
+from surefoot.worlds.point.sensors import PointSensors
 
 ROBOT = sf.load_robot("paper-biped")
 PUSHES = [[sf.Push(1.1, 0.2, (force, 0.3 * force))] for force in np.linspace(-1500.0, 1500.0, 23)]
@@ -144,11 +144,11 @@ def test_every_column_of_a_table_is_the_argument_of_one_walk() -> None:
 
 def one_by_one(controller, simulator, start, disturbance, duration) -> tuple[np.ndarray, int]:
     """The loop of `simulate` from another start."""
-    senses = Senses(controller, simulator.robot, disturbance)
-    state, world, sensed = controller.start(start), simulator.start(start), senses.start()
+    sensors = PointSensors(controller, simulator.robot, disturbance)
+    state, world, measured = controller.start(start), simulator.start(start), sensors.start()
     command, cycles = sf.Command.of(new_array(COMMAND)), 0
     while True:
-        seen, sensed = senses.step(sensed, world, command)
+        seen, measured = sensors.step(measured, world, command)
         command, state = controller.step(state, seen)
         cycles += 1
         if world["observation"]["time"][0] >= duration or world["fallen"][0]:

@@ -16,9 +16,9 @@ from surefoot.robot.leg_kinematics import SOLES, find_soles, leg_links
 from surefoot.robot.multibody import Multibody, load_multibody
 from surefoot.worlds.body.base_filter import ERRORS, FEET, POSITION, VELOCITY
 from surefoot.worlds.body.estimator import BodyEstimator, BodyMemory
-from surefoot.worlds.body.joint_command import JointCommand
+from surefoot.worlds.body.interface import JointCommand
 from surefoot.worlds.body.plant import BodyPlant
-from surefoot.worlds.body.sensors import sense, sense_standing
+from surefoot.worlds.body.sensors import measure, measure_standing
 
 NO_FLOOR = 1e3
 """Uneven enough for the floor to say nothing [m]."""
@@ -361,7 +361,7 @@ def test_in_physics_it_follows_a_squat(multibody: Multibody) -> None:
     command.stiffness, command.damping = 3000.0, 60.0
     nominal = multibody.nominal[multibody.motor_positions]
     bent = [("pitch" in n) * -1.0 + ("knee" in n) * 2.0 for n in multibody.joint_names]
-    senses = sense_standing(plant)
+    senses = measure_standing(plant)
     memory, errors = estimator.start(senses), []
     for _ in range(800):
         qpos, qvel, memory = estimator.step(
@@ -371,7 +371,7 @@ def test_in_physics_it_follows_a_squat(multibody: Multibody) -> None:
         bend = 0.1 * math.sin(6.0 * plant.time) * min(plant.time / 0.2, 1.0)
         command.position[:] = nominal + bend * np.array(bent)
         plant.act(command)
-        senses = sense(plant)
+        senses = measure(plant)
     assert np.abs(errors)[:, :3].max() < 0.003
     assert np.abs(errors)[:, 3:].max() < 0.03
     assert senses.foot_force.sum() == pytest.approx(multibody.mass * 9.81, rel=0.2)

@@ -13,8 +13,8 @@ import body_motion as motions
 import surefoot as sf
 from surefoot.record import new_array
 from surefoot.robot.multibody import Multibody
-from surefoot.worlds.body.believed_readings import DOUBTS, weigh
-from surefoot.worlds.body.estimator import SETTINGS, BodyEstimator, BodySenses
+from surefoot.worlds.body.estimator import SETTINGS, BodyEstimator, BodyReadings
+from surefoot.worlds.body.readings import DOUBTS, believe_forces
 
 INSTANTS = (1500, 2010, 2530, 3060, 3575)
 """Cycles in which a sensor fails, at different parts of a step."""
@@ -42,7 +42,7 @@ class Faulty:
     def start(self) -> Any:
         return 0, self.usual.start()
 
-    def step(self, memory: Any, senses: BodySenses) -> tuple[BodySenses, Any]:
+    def step(self, memory: Any, senses: BodyReadings) -> tuple[BodyReadings, Any]:
         cycle, inner = memory
         told, inner = self.usual.step(inner, senses)
         if any(first <= cycle < first + self.cycles for first in INSTANTS):
@@ -128,7 +128,7 @@ def test_noise_alone_makes_no_load(multibody: Multibody) -> None:
     settings, most = settings_of(20.0), 0.0
     often = 0
     for force in readings:
-        weigh(settings, base, force)
+        believe_forces(settings, base, force)
         assert not base["load"].any()
         most, often = max(most, base["evidence"].max()), often + (base["evidence"] > 40.0).sum()
     assert most > 40.0, "it was noise"
@@ -142,12 +142,12 @@ def test_a_load_is_believed_the_sooner_the_larger_it_is(
     """In standard deviations of the noise that the filter is told."""
     base, settings = BodyEstimator(multibody).start(resting(multibody)).base[0], settings_of(1.0)
     for cycle in range(cycles):
-        weigh(settings, base, np.array([force, 0.0]))
+        believe_forces(settings, base, np.array([force, 0.0]))
         assert base["load"][0] == (force if cycle == cycles - 1 else 0.0)
     assert base["load"][1] == 0.0
 
 
-def resting(multibody: Multibody) -> BodySenses:
+def resting(multibody: Multibody) -> BodyReadings:
     still = np.tile(multibody.nominal, (1, 1))
     return motions.sensed(still, np.ones((1, 2), np.int64)).senses[0]
 

@@ -6,22 +6,22 @@ import numpy as np
 import pytest
 
 import surefoot as sf
-from surefoot.worlds.body.estimator import BodySenses
-from surefoot.worlds.body.noise import BodyNoise
+from surefoot.worlds.body.estimator import BodyReadings
+from surefoot.worlds.body.sensors import BodyNoise
 
 ARRAYS = ("joint_angles", "joint_velocities", "gyro", "accelerometer", "foot_force")
 SILENT = BodyNoise(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
-def perfect(cycle: int) -> BodySenses:
+def perfect(cycle: int) -> BodyReadings:
     """Readings that tell in which cycle they were taken."""
     now = float(cycle)
-    return BodySenses(
+    return BodyReadings(
         now, np.full(12, now), np.full(12, now), np.full(3, now), np.full(3, now), np.full(2, now)
     )
 
 
-def told(noise: BodyNoise, cycles: int) -> list[BodySenses]:
+def told(noise: BodyNoise, cycles: int) -> list[BodyReadings]:
     memory, found = noise.start(), []
     for cycle in range(cycles):
         senses, memory = noise.step(memory, perfect(cycle))
@@ -29,7 +29,7 @@ def told(noise: BodyNoise, cycles: int) -> list[BodySenses]:
     return found
 
 
-def errors(found: list[BodySenses], name: str) -> np.ndarray:
+def errors(found: list[BodyReadings], name: str) -> np.ndarray:
     return np.array([getattr(senses, name) - senses.time for senses in found])
 
 

@@ -9,7 +9,7 @@ import signal
 import subprocess
 import sys
 import time
-from dataclasses import dataclass
+from dataclasses import asdict
 
 import numpy as np
 import pytest
@@ -19,37 +19,26 @@ import surefoot as sf
 from surefoot.cli import main
 from surefoot.control.unified.fixed_landing import fixed_place, fixed_timing, with_fixed_place
 from surefoot.dcm.nominal_gait import nominal_gait
+from surefoot.dcm.pushes import DIRECTIONS
 from surefoot.robot.feet import Side
-from surefoot.studies.compare import body_compare, body_limits
-from surefoot.studies.compare.body_compare import compare_on_body
-from surefoot.studies.compare.body_limits import explain, explain_worst
-from surefoot.studies.compare.body_protocol import (
+from surefoot.studies.compare import body_measure
+from surefoot.studies.compare.body_figures import AIM
+from surefoot.studies.compare.body_measure import explain, explain_worst
+from surefoot.studies.compare.body_question import BodyPush, BodyPushes
+from surefoot.studies.compare.body_show import LATEST, push_report, push_table, used_words
+from surefoot.studies.engine.pushed_body import (
     BODY_METHODS,
-    DIRECTIONS,
-    BodyCell,
-    BodyProtocol,
+    PushedBody,
     body_method,
-    push_of,
-)
-from surefoot.studies.compare.body_push import (
-    control_of,
-    measure,
     mechanism_of,
-    moment_of,
-    push_from,
-    pushed_rollout,
-    survived,
 )
-from surefoot.studies.compare.body_push_report import write_body_report
-from surefoot.studies.compare.body_pushes import AIM, LATEST, body_pushes, body_table, used_words
-from surefoot.studies.compare.body_pushes import DIRECTIONS as SHOWN
-from surefoot.studies.engine.cells import run_cells
-from surefoot.studies.engine.table import Shards
+from surefoot.studies.engine.study import Measured, run
 from surefoot.worlds.body.gait import walking_robot
 
 ROBOT = sf.load_robot("paper-biped")
-SMALL = BodyProtocol(ROBOT, methods=("unified",), phases=1, step=160.0, largest=2.5)
-CELL = BodyCell("unified", "forward", 0.5, "left")
+SMALL = BodyPushes(ROBOT, methods=("unified",), phases=1, step=160.0, largest=2.5)
+CELL = BodyPush("unified", "forward", 0.5, "left")
+WALK = PushedBody(ROBOT, "unified", "left", 0.5)
 
 
 @pytest.fixture(scope="module")
@@ -62,22 +51,22 @@ def without_time(rows: list[dict]) -> list[dict]:
 
 
 def test_the_cells_are_the_whole_grid() -> None:
-    protocol = BodyProtocol(ROBOT)
-    cells = list(protocol.cells())
+    study = BodyPushes(ROBOT)
+    cells = list(study.cells())
     assert len(cells) == len(set(cells)) == len(BODY_METHODS) * 8 * 2 * 4
-    assert protocol.impulses(68.0)[:3] == [0.0, 2.0, 4.0]
-    assert SHOWN == DIRECTIONS
+    assert study.impulses()[:3] == [0.0, 2.0, 4.0]
+    assert study.walk(CELL) == WALK
 
 
 def test_pushes_of_both_feet_are_mirror_images() -> None:
     for direction in DIRECTIONS:
         (x, y), (u, v) = (
-            push_of(BodyCell("unified", direction, 0.0, foot), 4.0, 10.0).force
+            PushedBody(ROBOT, "unified", foot, 0.5).push(direction, 10.0).force
             for foot in ("left", "right")
         )
         assert (x, y) == (u, -v)
-    stance = push_of(BodyCell("unified", "stance side", 0.0, "left"), 4.0, 10.0)
-    assert stance.force == (0.0, 50.0)  # the left foot stands to the left
+    # The left foot stands to the left.
+    assert WALK.push("inward", 10.0).force == (0.0, 50.0)
 
 
 def test_fixed_timing_leaves_the_place_free(believed) -> None:
@@ -113,85 +102,84 @@ def test_fixed_place_does_not_touch_the_robot(believed) -> None:
 
 @pytest.mark.parametrize("estimate", [False, True])
 def test_a_fork_depends_on_nothing_that_was_asked_before(estimate: bool) -> None:
-    protocol = BodyProtocol(ROBOT, estimate=estimate)
-    moment = moment_of(protocol, CELL.method, CELL.foot, CELL.phase)
-    assert moment.fate == 0
-    weak, strong = (push_of(CELL, moment.time, impulse) for impulse in (20.0, 200.0))
-    minds = []
-    first = push_from(
-        protocol, CELL.method, moment, weak, True, watch=lambda mind, _: minds.append(mind)
-    )
-    assert survived(first)
-    fallen = push_from(
-        protocol, CELL.method, moment, strong, watch=lambda mind, _: minds.append(mind)
-    )
-    assert not survived(fallen)
+    walk = PushedBody(ROBOT, "unified", "left", 0.5, estimate=estimate)
+    assert walk.start.arrived
+    weak, strong = (walk.push("forward", impulse) for impulse in (20.0, 200.0))
+    controls = []
+    first = walk.pushed(weak, True, watch=lambda world: controls.append(world.control))
+    assert first.survived
+    fallen = walk.pushed(strong, watch=lambda world: controls.append(world.control))
+    assert not fallen.survived
     # A solver that is shared starts from what it solved last, which need not show in every walk.
-    assert minds[0].mapping is not minds[-1].mapping
-    assert minds[0].mechanics is not minds[-1].mechanics
-    rollout, again = pushed_rollout(protocol, CELL.method, moment, weak)
-    assert np.array_equal(first.plant.data.qpos, again.plant.data.qpos)
-    assert rollout.time[-1] == pytest.approx(moment.time + 5.2, abs=0.002)
+    assert controls[0].mapping is not controls[-1].mapping
+    assert controls[0].mechanics is not controls[-1].mechanics
+    rollout, _ = walk.rollout(weak)
+    body, again = first.walk.rollout().body, rollout.body
+    assert body is not None
+    assert again is not None
+    assert np.array_equal(body.position, again.position)
+    assert rollout.time[-1] == pytest.approx(walk.start.time + 5.2, abs=0.002)
     assert rollout.pushes == (weak,)
 
 
 @pytest.mark.parametrize("estimate", [False, True])
 def test_a_study_walks_on_what_a_walk_is_told(estimate: bool) -> None:
-    protocol = BodyProtocol(ROBOT, estimate=estimate)
-    moment = moment_of(protocol, CELL.method, CELL.foot, CELL.phase)
+    study = BodyPushes(ROBOT, estimate=estimate)
+    pushed = study.walk(CELL)
     walk = sf.simulate_body(
-        control_of(protocol, CELL.method),
-        moment.time - 0.001,
-        steering=[(0.0, sf.Steering(protocol.velocity))],
+        pushed.control(),
+        pushed.start.time - 0.001,
+        steering=[(0.0, sf.Steering(study.velocity))],
         estimator=None if estimate else "truth",
     )
     assert walk.body is not None
-    assert np.array_equal(walk.body.position, moment.record.state["position"])
-    rollout, _ = pushed_rollout(protocol, CELL.method, moment, push_of(CELL, moment.time, 0.0))
+    approach = pushed.start.walk.rollout().body
+    assert approach is not None
+    assert np.array_equal(walk.body.position, approach.position)
+    rollout, _ = pushed.rollout(pushed.push("forward", 0.0))
     assert rollout.body is not None
     assert rollout.body.senses == walk.body.senses
-    told = body_compare.provenance(protocol)["state"]
-    assert told == (f"estimated from {sf.BodyNoise.of(ROBOT)}" if estimate else "the truth")
-    assert protocol.same_for_all()["noise"] == repr(sf.BodyNoise.of(ROBOT) if estimate else None)
+    state = study.provenance()["state"]
+    assert state == (f"estimated from {sf.BodyNoise.of(ROBOT)}" if estimate else "the truth")
+    assert study.common()["noise"] == repr(sf.BodyNoise.of(ROBOT) if estimate else None)
 
 
 @pytest.mark.parametrize("impulse", [30.0, 400.0])
 def test_a_robot_that_is_back_in_its_gait_would_have_walked_on(impulse: float) -> None:
-    moment = moment_of(SMALL, "unified", "left", 0.5)
-    push = push_of(CELL, moment.time, impulse)
-    brief, whole = (push_from(SMALL, "unified", moment, push, kept) for kept in (False, True))
-    assert survived(brief) == survived(whole) == (impulse < 100.0)
+    push = WALK.push("forward", impulse)
+    brief, whole = (WALK.pushed(push, recorded) for recorded in (False, True))
+    assert brief.survived == whole.survived == (impulse < 100.0)
     assert brief.settled == (impulse < 100.0)
     assert brief.cycles < 0.75 * 5200
     assert whole.cycles == 5200 or whole.cycles == brief.cycles
 
 
 def test_the_push_comes_in_its_phase_of_its_step() -> None:
-    moment = moment_of(BodyProtocol(ROBOT), "unified", "right", 0.25)
-    walk = moment.state.walk[0]
-    assert walk["support"] == 1
-    elapsed = moment.time - walk["began"]
-    assert elapsed == pytest.approx(0.25 * moment.state.command.step_duration, abs=0.0015)
+    start = PushedBody(ROBOT, "unified", "right", 0.25).start
+    state = start.walk.world.state
+    assert state.walk["support"][0] == 1
+    elapsed = start.time - state.walk["began"][0]
+    assert elapsed == pytest.approx(0.25 * state.command.step_duration, abs=0.0015)
 
 
 def test_rows_do_not_depend_on_workers_or_order(tmp_path, monkeypatch) -> None:
-    few = [cell for cell in SMALL.cells() if cell.direction in ("forward", "swing side")]
-    monkeypatch.setattr(BodyProtocol, "cells", lambda _: iter(few))
-    result = compare_on_body(SMALL, tmp_path / "two", workers=2)
+    few = [cell for cell in SMALL.cells() if cell.direction in ("forward", "outward")]
+    monkeypatch.setattr(BodyPushes, "cells", lambda _: iter(few))
+    result = run(SMALL, tmp_path / "two", workers=2)
     assert not result.failures
     assert [row["impulse"] for row in result.rows] == [160.0] * 4
     for row in result.rows:
         assert row["cause"]
         assert row["delta_v"] == pytest.approx(160.0 / 68.0, rel=1e-3)
-    cells = [BodyCell(r["method"], r["direction"], r["phase"], r["foot"]) for r in result.rows]
-    own = [measure(SMALL, cell) for cell in (cells[2], cells[0])]
+    own = [asdict(cell) | SMALL.measure(cell) for cell in (few[2], few[0])]
     assert without_time(own) == without_time([result.rows[2], result.rows[0]])
+    assert [SMALL.cell(row) for row in result.rows] == few
     assert (tmp_path / "two" / "pushes.parquet").stat().st_size > 0
     assert len(result.provenance["robot file"]) == 16
 
 
 def test_a_method_that_cannot_walk_says_so() -> None:
-    row = measure(SMALL, BodyCell("tracking", "forward", 0.0, "left"))
+    row = SMALL.measure(BodyPush("tracking", "forward", 0.0, "left"))
     assert (row["impulse"], row["cause"]) == (0.0, "before the push")
 
 
@@ -199,59 +187,54 @@ KILLED = """
 import sys, time
 from pathlib import Path
 import surefoot as sf
-from surefoot.studies.compare.body_protocol import BodyCell, BodyProtocol
-from surefoot.studies.engine.cells import run_cells
-from surefoot.studies.engine.table import Shards
-from dataclasses import asdict
-def measure(p, c): return (time.sleep(0.1), asdict(c) | {"impulse": 1.0})[1]
-protocol = BodyProtocol(sf.load_robot("paper-biped"), methods=("unified",), phases=4)
-shards = Shards(Path(sys.argv[1]), protocol.same_for_all())
-run_cells(measure, BodyCell, protocol, shards, workers=1)
+from surefoot.studies.compare.body_question import BodyPushes
+from surefoot.studies.engine.study import run
+BodyPushes.measure = lambda study, cell: (time.sleep(0.1), {"impulse": 1.0})[1]
+study = BodyPushes(sf.load_robot("paper-biped"), methods=("unified",), phases=4)
+run(study, Path(sys.argv[1]), workers=1)
 """
 
 
-def test_a_killed_study_goes_on_and_repeats_nothing(tmp_path) -> None:
+def test_a_killed_study_goes_on_and_repeats_nothing(tmp_path, monkeypatch) -> None:
     script, folder = tmp_path / "killed.py", tmp_path / "table"
     script.write_text(KILLED)
-    study = subprocess.Popen([sys.executable, str(script), str(folder)])
+    killed = subprocess.Popen([sys.executable, str(script), str(folder)])
     deadline = time.monotonic() + 60.0
-    while time.monotonic() < deadline and study.poll() is None:
+    while time.monotonic() < deadline and killed.poll() is None:
         if len(list((folder / "shards").glob("*.parquet"))) >= 3:
             break
         time.sleep(0.02)
-    os.kill(study.pid, signal.SIGKILL)
-    study.wait()
-    protocol = BodyProtocol(ROBOT, methods=("unified",), phases=4)
-    shards = Shards(folder, protocol.same_for_all())
-    kept, again = len(shards.rows), []
+    os.kill(killed.pid, signal.SIGKILL)
+    killed.wait()
+    kept, again = len(list((folder / "shards").glob("*.parquet"))), []
     assert 3 <= kept < 32
 
-    def ask(protocol: BodyProtocol, cell: BodyCell) -> dict:
+    def measure(_: BodyPushes, cell: BodyPush) -> dict:
         again.append(cell)
-        return vars(cell) | {"impulse": 1.0}
+        return {"impulse": 1.0}
 
-    rows, failures = run_cells(ask, BodyCell, protocol, shards, workers=1)
-    assert not failures
-    assert len(rows) == 32
+    monkeypatch.setattr(BodyPushes, "measure", measure)
+    result = run(BodyPushes(ROBOT, methods=("unified",), phases=4), folder, workers=1)
+    assert not result.failures
+    assert len(result.rows) == 32
     assert len(again) == 32 - kept
     with pytest.raises(sf.FileError, match=r"a folder of the same study \(step: 5\.0\)"):
-        Shards(folder, BodyProtocol(ROBOT, step=5.0).same_for_all())
+        run(BodyPushes(ROBOT, step=5.0), folder, workers=1)
 
 
 def test_what_binds_is_named_beside_the_usual() -> None:
-    protocol = BodyProtocol(ROBOT)
-    strong = explain(protocol, CELL, 200.0)
-    assert not strong.survived
-    assert strong.cause
-    assert strong.bindings
-    assert all(one.usual < one.share <= 1.0 for one in strong.bindings)
-    names = {one.name for one in strong.bindings}
+    strong = explain(WALK, "forward", 200.0)
+    assert not strong["survived"]
+    assert strong["cause"]
+    assert strong["bindings"]
+    assert all(one["usual"] < one["share"] <= 1.0 for one in strong["bindings"])
+    names = {one["name"] for one in strong["bindings"]}
     assert names & {"friction", "yaw friction", "sole's toe or heel"}
-    nothing = explain(protocol, CELL, 0.0)
-    assert nothing.survived
-    assert nothing.bindings == ()
-    assert nothing.used["friction used"] < strong.used["friction used"] + 1e-9
-    assert nothing.used["largest landing error"] < 0.05
+    nothing = explain(WALK, "forward", 0.0)
+    assert nothing["survived"]
+    assert nothing["bindings"] == []
+    assert nothing["used"]["friction used"] < strong["used"]["friction used"] + 1e-9
+    assert nothing["used"]["largest landing error"] < 0.05
 
 
 def test_an_early_landing_is_not_late_by_less_than_nothing() -> None:
@@ -261,19 +244,13 @@ def test_an_early_landing_is_not_late_by_less_than_nothing() -> None:
 
 
 def test_what_is_explained_is_told_as_it_goes_on(monkeypatch) -> None:
-    monkeypatch.setattr(body_limits, "explain", lambda p, cell, _: Nothing(cell))
+    monkeypatch.setattr(body_measure, "explain", lambda *_: {"bindings": []})
     rows = [row("unified", direction, 0.0, "left", 50.0) for direction in DIRECTIONS]
     told = []
     found = explain_worst(SMALL, rows, lambda done, total: told.append((done, total)))
     assert [one["cell"]["direction"] for one in found] == list(DIRECTIONS)
+    assert [one["impulse"] for one in found] == [50.0] * 4
     assert told == [(done, 4) for done in range(5)]
-
-
-@dataclass(frozen=True)
-class Nothing:
-    """An explanation that nobody looked for."""
-
-    cell: BodyCell
 
 
 @pytest.mark.parametrize(
@@ -299,7 +276,7 @@ def test_misuse_is_told(words, message: str, tmp_path) -> None:
 
 def test_a_folder_of_another_name_is_refused() -> None:
     with pytest.raises(sf.ParameterError, match="at least one of `methods`"):
-        BodyProtocol(ROBOT, methods=())
+        BodyPushes(ROBOT, methods=())
 
 
 def row(key: str, direction: str, phase: float, foot: str, impulse: float) -> dict:
@@ -316,18 +293,22 @@ def test_the_report_has_the_worst_of_all_phases_and_feet(tmp_path) -> None:
         for phase in (0.0, 0.5)
         for foot in ("left", "right")
     ]
-    rows[0] |= {"impulse": math.inf, "delta_v": math.inf, "cause": ""}
+    rows[0] |= {"impulse": math.inf, "delta_v": math.inf, "scanned": 96.0, "cause": ""}
     methods = [{"key": "unified", "label": body_method("unified").label, "adapts": "all"}]
-    measured = body_pushes(rows, methods, 68.0, 2.0, {"robot": "<b>", "velocity": "0.3, 0 m/s"})
-    (line,) = body_table(measured).rows
+    study = BodyPushes(ROBOT, methods=("unified",), phases=2)
+    about = {"velocity": "<b>0.3, 0 m/s", "state": "the truth"}
+    measured = Measured(study, rows, [], about, {"methods": methods})
+    (line,) = push_table(measured).rows
     assert line[1:5] == ("80 (1.18)",) * 4
     assert line[-1] == "15 slip"
     assert pytest.approx(1.21, abs=0.005) == AIM
-    files = write_body_report([measured], tmp_path)
-    page = files[0].read_text("utf-8")
+    files = push_report([measured]).write(tmp_path)
+    page, text = files[0].read_text("utf-8"), files[1].read_text("utf-8")
     assert "<b>" not in page
     assert "http" not in page.replace("http-equiv", "")
-    assert write_body_report([measured], tmp_path / ".")[0].read_bytes() == page.encode()
+    for shown in (page, text):
+        assert shown.count("> 96" if shown is text else "&gt; 96") == 1
+    assert push_report([measured]).write(tmp_path / ".")[0].read_bytes() == page.encode()
 
 
 def test_the_command_measures_reports_and_resumes(tmp_path) -> None:

@@ -13,20 +13,22 @@ from click.testing import CliRunner
 
 import surefoot as sf
 from surefoot.cli import main
-from surefoot.studies.compare import body_robustness
-from surefoot.studies.compare.body_conditions import BODY_CONDITIONS, SILENT, USUAL, body_condition
-from surefoot.studies.compare.body_robustness import (
+from surefoot.studies.compare import body_question
+from surefoot.studies.compare.body_figures import walk_figure
+from surefoot.studies.compare.body_question import (
+    BODY_DISTURBANCES,
+    SILENT,
+    USUAL,
+    BodyWalks,
     WalkCell,
-    WalkProtocol,
-    measure_walk,
-    walk_disturbed,
+    body_disturbance,
 )
-from surefoot.studies.compare.body_walk_report import PICTURE, TEXT, walk_figure, write_walk_report
-from surefoot.studies.compare.body_walks import BodyWalks, body_walks, falls_table, walk_table
-from surefoot.worlds.body.estimator import BodySenses
+from surefoot.studies.compare.body_show import falls_table, walk_report, walk_table
+from surefoot.studies.engine.study import Measured, run
+from surefoot.worlds.body.estimator import BodyReadings
 
 ROBOT = sf.load_robot("paper-biped")
-SMALL = WalkProtocol(ROBOT, conditions=(USUAL, "delay-5ms"), seeds=1, duration=1.6)
+SMALL = BodyWalks(ROBOT, conditions=(USUAL, "delay-5ms"), seeds=1, duration=1.6)
 
 
 def row(condition: str, seed: int, **changes: object) -> dict:
@@ -39,7 +41,7 @@ def row(condition: str, seed: int, **changes: object) -> dict:
 
 
 @pytest.fixture
-def shown() -> BodyWalks:
+def shown() -> Measured[BodyWalks]:
     fall = {
         "walked": False, "time": 4.2, "cause": "slip", "words": "slip at 3.90 s: the left sole slid"
     }  # fmt: skip
@@ -47,15 +49,18 @@ def shown() -> BodyWalks:
         row(USUAL, 0), row(USUAL, 1, dcm_error=0.02, drift=math.nan),
         row("bumps-10mm", 0), row("bumps-10mm", 1, **fall),
     ]  # fmt: skip
-    labels = [{"key": key, "label": body_condition(key).label} for key in (USUAL, "bumps-10mm")]
-    return body_walks(rows, [{"key": "unified", "label": "unified"}], labels, {"robot": "biped"})
+    conditions = (USUAL, "bumps-10mm")
+    study = BodyWalks(ROBOT, conditions=conditions, seeds=2)
+    labels = [{"key": key, "label": body_disturbance(key).label} for key in conditions]
+    notes = {"methods": [{"key": "unified", "label": "unified"}], "conditions": labels}
+    return Measured(study, rows, [], {"robot": "paper-biped", "walks": "20 s"}, notes)
 
 
 def test_every_condition_can_be_walked() -> None:
-    assert len({one.key for one in BODY_CONDITIONS}) == len(BODY_CONDITIONS)
-    for one in BODY_CONDITIONS:
+    assert len({one.key for one in BODY_DISTURBANCES}) == len(BODY_DISTURBANCES)
+    for one in BODY_DISTURBANCES:
         assert one.noise(3).seed == one.surroundings(3).seed == 3
-    usual, worst = body_condition(USUAL), body_condition("all-at-once")
+    usual, worst = body_disturbance(USUAL), body_disturbance("all-at-once")
     assert usual.noise(0) == sf.BodyNoise()
     assert usual.surroundings(0) == sf.Surroundings()
     assert worst.noise(0) == sf.BodyNoise(delay=0.005)
@@ -63,10 +68,10 @@ def test_every_condition_can_be_walked() -> None:
 
 
 def test_what_is_alone_is_alone() -> None:
-    alone = body_condition("velocity-noise").noise(0)
+    alone = body_disturbance("velocity-noise").noise(0)
     for name in SILENT:
         assert getattr(alone, name) == (0.1 if name == "rate" else 0.0)
-    inertial = body_condition("imu-noise").noise(0)
+    inertial = body_disturbance("imu-noise").noise(0)
     assert inertial.encoder == inertial.rate == inertial.force == 0.0
     assert inertial.gyro == inertial.gyro_bias == 0.005
 
@@ -83,12 +88,12 @@ def test_what_is_alone_is_alone() -> None:
 )
 def test_walks_that_cannot_be_are_refused(changes: dict, message: str) -> None:
     with pytest.raises(sf.ParameterError, match=message):
-        WalkProtocol(ROBOT, **changes)
+        BodyWalks(ROBOT, **changes)
 
 
 def test_a_row_is_the_same_twice_and_true() -> None:
     cell = WalkCell("unified", "mass+10%", 1)
-    first, again = (measure_walk(SMALL, cell) for _ in range(2))
+    first, again = (SMALL.measure(cell) for _ in range(2))
     seconds = {"seconds": 0.0}
     assert repr(first | seconds) == repr(again | seconds)
     assert first["walked"]
@@ -98,9 +103,9 @@ def test_a_row_is_the_same_twice_and_true() -> None:
 
 
 def test_a_fall_is_told_with_its_cause(monkeypatch: pytest.MonkeyPatch) -> None:
-    ice = replace(body_condition(USUAL), world={"friction": 0.05})
-    monkeypatch.setattr(body_robustness, "body_condition", lambda _: ice)
-    found = measure_walk(WalkProtocol(ROBOT, duration=6.0), WalkCell("unified", USUAL, 0))
+    ice = replace(body_disturbance(USUAL), world={"friction": 0.05})
+    monkeypatch.setattr(body_question, "body_disturbance", lambda _: ice)
+    found = BodyWalks(ROBOT, duration=6.0).measure(WalkCell("unified", USUAL, 0))
     assert not found["walked"]
     assert found["time"] < 6.0
     assert found["cause"]
@@ -108,18 +113,18 @@ def test_a_fall_is_told_with_its_cause(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_a_study_goes_on_where_it_was(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    result = walk_disturbed(SMALL, tmp_path, workers=1)
+    result = run(SMALL, tmp_path, workers=1)
     assert [one["condition"] for one in result.rows] == [USUAL, "delay-5ms"]
     assert all(one["walked"] for one in result.rows), result.rows
-    monkeypatch.setattr(body_robustness, "measure_walk", None)
-    again = walk_disturbed(SMALL, tmp_path, workers=1)
+    monkeypatch.setattr(body_question, "measure_walk", None)
+    again = run(SMALL, tmp_path, workers=1)
     assert repr(again.rows) == repr(result.rows)
     json.dumps(again.as_numbers(), allow_nan=False)
     with pytest.raises(sf.FileError, match="a folder of the same study"):
-        walk_disturbed(WalkProtocol(ROBOT, duration=9.0), tmp_path, workers=1)
+        run(BodyWalks(ROBOT, duration=9.0), tmp_path, workers=1)
 
 
-def test_the_worst_walk_counts(shown: BodyWalks) -> None:
+def test_the_worst_walk_counts(shown: Measured[BodyWalks]) -> None:
     usual, rough = walk_table(shown, "unified").rows
     assert usual[1:] == ("2 of 2", "20", "2.0", "30", "10")
     assert rough[1] == "1 of 2; 4.2 s"
@@ -129,22 +134,22 @@ def test_the_worst_walk_counts(shown: BodyWalks) -> None:
     ]
 
 
-def test_the_report_has_it_all(shown: BodyWalks, tmp_path: Path) -> None:
-    files = write_walk_report([shown], tmp_path)
-    assert [path.name for path in files] == [TEXT, PICTURE]
+def test_the_report_has_it_all(shown: Measured[BodyWalks], tmp_path: Path) -> None:
+    files = walk_report([shown]).write(tmp_path)
+    assert [path.name for path in files] == ["walks.html", "walks.md", "walks.png"]
     first = [path.read_bytes() for path in files]
-    assert [path.read_bytes() for path in write_walk_report([shown], tmp_path)] == first
-    text = first[0].decode()
-    assert "1 of 2; 4.2 s" in text
-    assert "the left sole slid" in text
+    assert [path.read_bytes() for path in walk_report([shown]).write(tmp_path)] == first
+    for content in first[:2]:
+        assert "1 of 2; 4.2 s" in content.decode()
+        assert "the left sole slid" in content.decode()
     figure = walk_figure([shown])
     (ax,) = figure.axes
     lines = {line.get_gid(): line for line in ax.lines}
-    assert np.asarray(lines["tracking-biped-unified-usual-noise"].get_xdata()) == pytest.approx(
-        [12.0, 20.0]
-    )
-    assert "fell-biped-unified-bumps-10mm" in lines
-    assert "fell-biped-unified-usual-noise" not in lines
+    assert np.asarray(
+        lines["tracking-paper-biped-unified-usual-noise"].get_xdata()
+    ) == pytest.approx([12.0, 20.0])
+    assert "fell-paper-biped-unified-bumps-10mm" in lines
+    assert "fell-paper-biped-unified-usual-noise" not in lines
 
 
 class Spikes:
@@ -156,10 +161,10 @@ class Spikes:
     def start(self) -> int:
         return 0
 
-    def step(self, memory: int, senses: BodySenses) -> tuple[BodySenses, int]:
+    def step(self, memory: int, readings: BodyReadings) -> tuple[BodyReadings, int]:
         if self.every or memory % 3:
-            senses = senses._replace(foot_force=senses.foot_force + 25.0)
-        return senses, memory + 1
+            readings = readings._replace(foot_force=readings.foot_force + 25.0)
+        return readings, memory + 1
 
 
 def test_a_landing_is_not_believed_at_once(body_control: sf.BodyControl) -> None:
@@ -188,7 +193,7 @@ def test_an_estimate_knows_by_itself_how_late_its_sensors_are(
     assert np.array_equal(walks[0].com, walks[1].com)
 
 
-def run(*arguments: str):
+def compare(*arguments: str):
     return CliRunner().invoke(main, ["compare", *arguments])
 
 
@@ -197,12 +202,12 @@ def test_from_the_command_line(tmp_path: Path) -> None:
         "--simulator", "mujoco", "--disturbance", "bumps-10mm", "--seeds", "1", "--duration", "1.5",
         "--workers", "1", "--out", str(tmp_path),
     ]  # fmt: skip
-    result = run(*arguments)
+    result = compare(*arguments)
     assert result.exit_code == 0, result.output
-    for words in ("usual noise", "bumps of 10 mm", "1 of 1", "DCM [mm]", "walks.md"):
+    for words in ("usual noise", "bumps of 10 mm", "1 of 1", "DCM", "[mm]", "[mrad]", "walks.md"):
         assert words in result.output
     assert (tmp_path / "paper-biped" / "walks.parquet").exists()
-    told = json.loads(run(*arguments, "--json").stdout)
+    told = json.loads(compare(*arguments, "--json").stdout)
     assert [one["condition"] for one in told["robots"][0]["rows"]] == [USUAL, "bumps-10mm"]
 
 
@@ -219,6 +224,6 @@ def test_from_the_command_line(tmp_path: Path) -> None:
     ],
 )
 def test_misuse_is_refused(arguments: list[str], message: str, tmp_path: Path) -> None:
-    result = run(*arguments, "--out", str(tmp_path / "out"))
+    result = compare(*arguments, "--out", str(tmp_path / "out"))
     assert result.exit_code == 2, result.output
     assert message in " ".join(result.output.split())

@@ -10,7 +10,7 @@ import pytest
 
 from surefoot.record import new_array
 from surefoot.rollout.trace import WALKING
-from surefoot.studies.compare.body_settling import BegunStep, Settling
+from surefoot.studies.engine.body_recovery import BegunStep, Settling
 from surefoot.worlds.body.controller import BodyState
 from surefoot.worlds.body.step import BODY_WALK
 

@@ -16,11 +16,11 @@ import surefoot as sf
 from surefoot.control.registry import methods
 from surefoot.robot.feet import Footstep
 from surefoot.rollout.outcome import has_walked_on
-from surefoot.worlds.body.estimator import BodySenses
-from surefoot.worlds.body.joint_command import JointCommand
+from surefoot.worlds.body.estimator import BodyReadings
+from surefoot.worlds.body.interface import JointCommand
 from surefoot.worlds.body.plant import BodyPlant
 from surefoot.worlds.body.recorder import BodyRecorder
-from surefoot.worlds.body.truth import floor_zmp, roll_pitch_yaw
+from surefoot.worlds.body.recording import floor_zmp, roll_pitch_yaw
 
 STEERING = [
     (0.0, sf.Steering((0.2, 0.0))),
@@ -104,9 +104,9 @@ def test_the_zmp_is_that_of_every_contact(control: sf.BodyControl) -> None:
         command, state = control.step(
             state, plant.time, plant.position, plant.velocity, plant.foot_force, sf.Steering()
         )
-        recorder.see(row, plant.position, plant.velocity)
+        recorder.record_state(row, plant.position, plant.velocity)
         if row == 59:
-            probe = plant.fork(()).data
+            probe = plant.fork().data
             probe.ctrl[:] = command.torque
             mujoco.mj_step2(plant.model, probe)
             pushed = np.zeros(3)
@@ -116,7 +116,7 @@ def test_the_zmp_is_that_of_every_contact(control: sf.BodyControl) -> None:
                 up = contact.frame[2] * force[0]
                 pushed += (up * contact.pos[0], up * contact.pos[1], up)
         plant.act(command)
-        recorder.feel(row, (0, 0, 0, 0))
+        recorder.record_effect(row, (0, 0, 0, 0))
     record = recorder.record(60)
     wrench = np.stack([record.effect["left_wrench"], record.effect["right_wrench"]], axis=1)
     zmp = floor_zmp(record.state["com"], wrench)[-1]
@@ -242,7 +242,7 @@ class Offset:
     def start(self) -> int:
         return 0
 
-    def step(self, memory: int, senses: BodySenses) -> tuple[BodySenses, int]:
+    def step(self, memory: int, senses: BodyReadings) -> tuple[BodyReadings, int]:
         return senses._replace(gyro=senses.gyro + 0.05), memory + 1
 
 
@@ -306,7 +306,7 @@ class SlowNoise:
     def start(self) -> None:
         return None
 
-    def step(self, memory: None, senses: BodySenses) -> tuple[BodySenses, None]:
+    def step(self, memory: None, senses: BodyReadings) -> tuple[BodyReadings, None]:
         time.sleep(0.25)
         return senses, None
 

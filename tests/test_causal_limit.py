@@ -9,14 +9,13 @@ import pytest
 from msgspec import structs
 
 import surefoot as sf
-from surefoot.dcm.causal_grid import causal_grid_limit, largest_causal_disagreement
-from surefoot.dcm.causal_limit import BOTH, _kept
+from surefoot.dcm.limit_grid import causal_grid_limit, largest_causal_disagreement
 from surefoot.dcm.push_limit import (
+    PushCase,
     best_landings,
-    eight_directions,
     gait_in_step,
-    step_of_push,
 )
+from surefoot.dcm.pushes import eight_directions
 from surefoot.dcm.viable_displacement import viable_displacement
 from surefoot.errors import SurefootError
 
@@ -191,12 +190,12 @@ def test_longer_pushes_are_no_stronger_and_weaker_ones_have_no_holes(leg: str) -
         ]
         assert (np.diff(forces) <= 1e-3 * forces[-1]).all()
         gait = sf.nominal_gait(robot, push["velocity"])
-        case = (robot, gait, sf.causal_push_limit(robot, way, **push).direction, push["elapsed"],
-                sf.Side.RIGHT, push["zmp_reach"])  # fmt: skip
-        room, times = best_landings(*case)
+        direction = sf.causal_push_limit(robot, way, **push).direction
+        case = PushCase(robot, gait, direction, push["elapsed"], sf.Side.RIGHT, push["zmp_reach"])
+        room, times = best_landings(case)
         survived = share(robot, way, **push) * room
         for part in (0.02, 0.1, 0.4, 0.7, 0.9, 0.999):
-            kept = _kept(step_of_push(*case), push["duration"], BOTH, part * survived, times)
+            kept = case.step().causal_share(push["duration"], part * survived, times)
             assert kept == pytest.approx(1.0, abs=1e-4)
 
 

@@ -9,6 +9,7 @@ import signal
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import polars
 import pytest
@@ -17,19 +18,12 @@ from click.testing import CliRunner
 import surefoot as sf
 from surefoot.cli import main
 from surefoot.control.registry import find_method, method_names, methods
-from surefoot.studies.compare import compare
-from surefoot.studies.compare.compare import (
-    able_methods,
-    compare_methods,
-    open_shards,
-    run_comparison,
-)
-from surefoot.studies.compare.measure import limits_of, measure
-from surefoot.studies.compare.question import Cell, Protocol, every_method
+from surefoot.studies.compare.question import Cell, Comparison, able_methods, every_method
 from surefoot.studies.compare.remarks import remarks
+from surefoot.studies.engine.study import Measured, run
 
 ROBOT = sf.load_robot("paper-biped").replace(mass=70.0)
-SMALL = Protocol(
+SMALL = Comparison(
     ROBOT, methods=("tracking", "hybrid"), directions=2, phases=2, leg_speeds=(3.0,), step=20.0
 )
 
@@ -39,8 +33,8 @@ def without_time(rows: list[dict]) -> list[dict]:
 
 
 @pytest.fixture(scope="module")
-def measured(tmp_path_factory) -> compare.Comparison:
-    return compare_methods(SMALL, tmp_path_factory.mktemp("small") / "table", workers=1)
+def measured(tmp_path_factory) -> Measured[Comparison]:
+    return run(SMALL, tmp_path_factory.mktemp("small") / "table", workers=1)
 
 
 def test_every_method_has_one_name_everywhere() -> None:
@@ -59,42 +53,42 @@ def test_every_method_makes_its_controller(one) -> None:
 
 
 def test_the_cells_are_the_whole_grid() -> None:
-    protocol = Protocol(ROBOT, directions=4, phases=8, leg_speeds=(2.0, math.inf))
+    protocol = Comparison(ROBOT, directions=4, phases=8, leg_speeds=(2.0, math.inf))
     cells = list(protocol.cells())
     assert len(cells) == len(set(cells)) == len(every_method()) * 2 * 8 * 4
     assert {cell.angle for cell in cells} == {0.0, 90.0, 180.0, 270.0}
-    assert protocol.push_start(0.2) == pytest.approx(1.1)  # the paper's push
+    assert protocol.walk.start(0.2) == pytest.approx(1.1)  # the paper's push
 
 
 def test_outward_is_towards_the_swing_foot() -> None:
     """The right foot stands in the pushed step, so outward is to the left."""
     controller = find_method("tracking").controller(ROBOT, (0.5, 0.0))
-    rollout = sf.simulate(controller, SMALL.push_start(0.5))
+    rollout = sf.simulate(controller, SMALL.walk.start(0.5))
     seen = rollout.observations[-1]
     towards = seen["swing_foot"][:2] - seen["support_foot"]
-    assert SMALL.direction(90.0)[1] * towards[1] > 0.0
-    assert SMALL.direction(0.0) == (1.0, 0.0)
-    assert SMALL.direction(45.0) == pytest.approx((math.sqrt(0.5), math.sqrt(0.5)))
+    assert SMALL.walk.direction(90.0)[1] * towards[1] > 0.0
+    assert SMALL.walk.direction(0.0) == (1.0, 0.0)
+    assert SMALL.walk.direction(45.0) == pytest.approx((math.sqrt(0.5), math.sqrt(0.5)))
 
 
 def test_fixed_steps_are_walked_once_for_every_leg(monkeypatch) -> None:
     """And rightly so: on a slow leg they are the same walks."""
     cell = Cell("tracking", 0.0, 0.25, 0.2, 2.0)
-    assert SMALL.walked(cell).leg_speed == math.inf
-    assert SMALL.walked(Cell("hybrid", 0.0, 0.25, 0.2, 2.0)).leg_speed == 2.0
-    fast = Protocol(ROBOT, velocity=(0.7, 0.0), methods=("tracking",))
-    assert fast.walked(cell).leg_speed == 2.0  # the feet of this gait need more than 2 m/s
+    assert SMALL.measured_as(cell).leg_speed == math.inf
+    assert SMALL.measured_as(Cell("hybrid", 0.0, 0.25, 0.2, 2.0)).leg_speed == 2.0
+    fast = Comparison(ROBOT, velocity=(0.7, 0.0), methods=("tracking",))
+    assert fast.measured_as(cell).leg_speed == 2.0  # the feet of this gait need more than 2 m/s
     ends = []
     for leg_speed in (2.0, math.inf):
-        controller = sf.DcmTracking(SMALL.robot_with(leg_speed), (0.5, 0.0))
+        controller = sf.DcmTracking(SMALL.walk.on_leg(leg_speed).robot, (0.5, 0.0))
         rollout = sf.simulate(controller, 3.0, [sf.Push(1.1, 0.2, (120.0, 0.0))])
         ends.append(rollout.observations.tobytes())
     assert ends[0] == ends[1]
 
 
 def test_a_row_is_what_a_scan_of_ones_own_says() -> None:
-    protocol = Protocol(ROBOT, methods=("hybrid",), leg_speeds=(math.inf,))
-    row = measure(protocol, Cell("hybrid", 180.0, 0.2, 0.2, math.inf))
+    study = Comparison(ROBOT, methods=("hybrid",), leg_speeds=(math.inf,))
+    row = study.measure(Cell("hybrid", 180.0, 0.2, 0.2, math.inf))
     own = sf.smallest_failing_push(sf.HybridController(ROBOT, (0.5, 0.0)), (-1.0, 0.0))
     assert row["impulse"] == own.impulse == 265.0
     assert row["delta_v"] == pytest.approx(own.impulse / 70.0)
@@ -115,7 +109,7 @@ def test_nobody_passes_the_limit(measured) -> None:
 
 
 def test_the_table_says_where_it_is_from(measured, tmp_path) -> None:
-    compare_methods(SMALL, tmp_path / "table", workers=1)
+    run(SMALL, tmp_path / "table", workers=1)
     path = tmp_path / "table" / "compare.parquet"
     assert without_time(polars.read_parquet(path).to_dicts()) == without_time(measured.rows)
     notes = polars.read_parquet_metadata(path)
@@ -130,33 +124,40 @@ def test_the_table_says_where_it_is_from(measured, tmp_path) -> None:
 
 
 def test_the_number_of_workers_changes_nothing(measured, tmp_path) -> None:
-    rows, failures = run_comparison(SMALL, open_shards(SMALL, tmp_path / "two"), workers=2)
-    assert not failures
-    assert without_time(rows) == without_time(measured.rows)
+    two = run(SMALL, tmp_path / "two", workers=2)
+    assert not two.failures
+    assert without_time(two.rows) == without_time(measured.rows)
 
 
 KILLED = """
 from pathlib import Path
-import sys
-from surefoot.studies.compare import compare
-from tests_protocol import SMALL
-compare.KEEP_EVERY = 0.0
-slow = compare.measure
-compare.measure = lambda *a: (__import__("time").sleep(0.3), slow(*a))[1]
-compare.run_comparison(SMALL, compare.open_shards(SMALL, Path(sys.argv[1])), workers=1)
+import sys, time
+import surefoot as sf
+from surefoot.studies.compare.question import Comparison
+from surefoot.studies.engine.study import run
+Comparison.KEEP_EVERY = 0.0
+honest = Comparison.measure
+Comparison.measure = lambda *a: (time.sleep(0.3), honest(*a))[1]
+SMALL = Comparison(
+    sf.load_robot('paper-biped').replace(mass=70.0), methods=('tracking', 'hybrid'), directions=2,
+    phases=2, leg_speeds=(3.0,), step=20.0,
+)
+run(SMALL, Path(sys.argv[1]), workers=1)
 """
+
+
+def kept_rows(folder: Path) -> list[dict]:
+    return [
+        row
+        for path in sorted((folder / "shards").glob("*.parquet"))
+        for row in polars.read_parquet(path).to_dicts()
+    ]
 
 
 def test_a_killed_study_goes_on_and_repeats_nothing(measured, tmp_path, monkeypatch) -> None:
     """kill -9 in the middle, three times; every finished cell is measured once."""
     folder, script = tmp_path / "table", tmp_path / "killed.py"
     script.write_text(KILLED)
-    (tmp_path / "tests_protocol.py").write_text(
-        "import surefoot as sf\nfrom surefoot.studies.compare.question import Protocol\n"
-        "ROBOT = sf.load_robot('paper-biped').replace(mass=70.0)\n"
-        "SMALL = Protocol(ROBOT, methods=('tracking', 'hybrid'), directions=2, phases=2, "
-        "leg_speeds=(3.0,), step=20.0)\n"
-    )
     before = 0
     for _ in range(3):
         study = subprocess.Popen([sys.executable, str(script), str(folder)])
@@ -168,55 +169,47 @@ def test_a_killed_study_goes_on_and_repeats_nothing(measured, tmp_path, monkeypa
         os.kill(study.pid, signal.SIGKILL)
         study.wait()
         before = len(list((folder / "shards").glob("*.parquet")))
-    kept = open_shards(SMALL, folder).rows
+    kept = kept_rows(folder)
     assert 3 <= len(kept) < len(measured.rows)
     again = []
-    honest = compare.measure
-    monkeypatch.setattr(compare, "measure", lambda p, c: (again.append(c), honest(p, c))[1])
-    rows, failures = run_comparison(SMALL, open_shards(SMALL, folder), workers=1)
-    assert not failures
-    assert len(again) == len(rows) - len(kept)
-    assert without_time(rows) == without_time(measured.rows)
+    honest = Comparison.measure
+    monkeypatch.setattr(Comparison, "measure", lambda s, c: (again.append(c), honest(s, c))[1])
+    found = run(SMALL, folder, workers=1)
+    assert not found.failures
+    assert len(again) == len(found.rows) - len(kept)
+    assert without_time(found.rows) == without_time(measured.rows)
 
 
 def test_a_poisoned_cell_is_reported_and_the_others_go_on(measured, tmp_path, monkeypatch) -> None:
-    honest = compare.measure
+    honest = Comparison.measure
 
-    def poisoned(protocol: Protocol, cell: Cell) -> dict:
+    def poisoned(study: Comparison, cell: Cell) -> dict:
         if cell.method == "hybrid" and cell.phase == 0.5 and cell.angle == 180.0:
             raise ZeroDivisionError("a poisoned cell")
-        return honest(protocol, cell)
+        return honest(study, cell)
 
-    monkeypatch.setattr(compare, "measure", poisoned)
-    rows, failures = run_comparison(SMALL, open_shards(SMALL, tmp_path / "table"), workers=1)
-    assert [(one.cell.method, one.cell.phase, one.cell.angle) for one in failures] == [
+    monkeypatch.setattr(Comparison, "measure", poisoned)
+    found = run(SMALL, tmp_path / "table", workers=1)
+    assert [(one.cell.method, one.cell.phase, one.cell.angle) for one in found.failures] == [
         ("hybrid", 0.5, 180.0)
     ]
-    assert "a poisoned cell" in failures[0].error
-    assert len(rows) == len(measured.rows) - 1
-    monkeypatch.setattr(compare, "measure", honest)
-    rows, failures = run_comparison(SMALL, open_shards(SMALL, tmp_path / "table"), workers=1)
-    assert not failures
-    assert without_time(rows) == without_time(measured.rows)
+    assert "a poisoned cell" in found.failures[0].error
+    assert len(found.rows) == len(measured.rows) - 1
+    monkeypatch.setattr(Comparison, "measure", honest)
+    found = run(SMALL, tmp_path / "table", workers=1)
+    assert not found.failures
+    assert without_time(found.rows) == without_time(measured.rows)
 
 
-def test_a_folder_of_another_study_is_refused(tmp_path) -> None:
-    open_shards(SMALL, tmp_path / "table")
-    other = Protocol(ROBOT.replace(mass=50.0), methods=("tracking",))
+def test_a_folder_of_another_study_is_refused(measured, tmp_path, monkeypatch) -> None:
+    monkeypatch.setattr(Comparison, "measure", lambda *_: dict(measured.rows[0]))
+    monkeypatch.setattr(Comparison, "notes", lambda *_: {})
+    run(SMALL, tmp_path / "table", workers=1)
+    other = Comparison(ROBOT.replace(mass=50.0), methods=("tracking",))
     with pytest.raises(sf.FileError, match=r"a folder of the same study .*choose another folder"):
-        open_shards(other, tmp_path / "table")
-    more = Protocol(ROBOT, methods=("step-timing",), step=20.0, leg_speeds=(2.0,))
-    open_shards(more, tmp_path / "table")  # more cells of the same study are welcome
-
-
-def test_a_broken_shard_is_named(tmp_path) -> None:
-    open_shards(SMALL, tmp_path / "table")
-    (tmp_path / "table" / "shards" / "000000.parquet").write_bytes(b"PAR1 not really")
-    with pytest.raises(sf.FileError, match=r"000000\.parquet.*delete that file"):
-        open_shards(SMALL, tmp_path / "table")
-    (tmp_path / "table" / "run.json").write_text("{")
-    with pytest.raises(sf.FileError, match=r"run\.json.*delete it and its shards"):
-        open_shards(SMALL, tmp_path / "table")
+        run(other, tmp_path / "table", workers=1)
+    more = Comparison(ROBOT, methods=("step-timing",), step=20.0, leg_speeds=(2.0,))
+    run(more, tmp_path / "table", workers=1)  # more cells of the same study are welcome
 
 
 @pytest.mark.parametrize(
@@ -235,14 +228,14 @@ def test_a_broken_shard_is_named(tmp_path) -> None:
 )
 def test_questions_that_make_no_sense(arguments, message: str) -> None:
     with pytest.raises(sf.ParameterError, match=message):
-        Protocol(ROBOT, **arguments)
+        Comparison(ROBOT, **arguments)
     with pytest.raises(sf.VelocityError):
-        Protocol(ROBOT, velocity=(9.0, 0.0))
+        Comparison(ROBOT, velocity=(9.0, 0.0))
 
 
 def test_limits_do_not_depend_on_the_method() -> None:
     cells = [Cell(key, 90.0, 0.25, 0.1, 3.0) for key in every_method()]
-    assert len({tuple(limits_of(SMALL, cell).values()) for cell in cells}) == 1
+    assert len({tuple(SMALL.limits(cell).values()) for cell in cells}) == 1
 
 
 def row(key: str, impulse: float, angle: float = 0.0, speed: float = 3.0, phase: float = 0.0):
@@ -267,27 +260,27 @@ def test_a_robot_without_a_trunk_is_compared_by_the_others(tmp_path) -> None:
     able, left_out = able_methods(sf.load_robot("paper-table2"), (0.3, 0.0))
     assert set(able) == set(every_method()) - {"ankle-hip-step-mpc"}
     assert "a robot with a trunk" in left_out["ankle-hip-step-mpc"]
-    asked = Protocol(sf.load_robot("paper-table2"), (0.3, 0.0), methods=("ankle-hip-step-mpc",))
+    asked = Comparison(sf.load_robot("paper-table2"), (0.3, 0.0), methods=("ankle-hip-step-mpc",))
     with pytest.raises(sf.RobotError, match="a robot with a trunk"):
-        compare_methods(asked, tmp_path / "table", workers=1)
+        run(asked, tmp_path / "table", workers=1)
     assert not (tmp_path / "table").exists()
 
 
 def test_a_heavy_robot_is_scanned_far_enough(tmp_path) -> None:
-    heavy = Protocol(
+    heavy = Comparison(
         ROBOT.replace(mass=400.0), methods=("hybrid",), directions=1, phases=1,
         leg_speeds=(math.inf,), step=20.0,
     )  # fmt: skip
-    (row,) = compare_methods(heavy, tmp_path / "table", workers=1).rows
+    (row,) = run(heavy, tmp_path / "table", workers=1).rows
     assert row["failure"] == "fell"
     assert row["impulse"] > 600.0
 
 
 def test_a_scan_that_nothing_ends_still_makes_a_table(tmp_path) -> None:
-    coarse = Protocol(
+    coarse = Comparison(
         ROBOT, methods=("hybrid",), directions=1, phases=1, leg_speeds=(math.inf,), step=1000.0
     )
-    result = compare_methods(coarse, tmp_path / "table", workers=1)
+    result = run(coarse, tmp_path / "table", workers=1)
     (row,) = result.rows
     assert row["failure"] == "none"
     assert math.isinf(row["impulse"])
@@ -297,36 +290,12 @@ def test_a_scan_that_nothing_ends_still_makes_a_table(tmp_path) -> None:
 
 def test_a_leg_that_is_too_slow_for_the_gait_is_refused() -> None:
     with pytest.raises(sf.VelocityError, match=r"a leg of at least 1\.875 m/s .* walk at less"):
-        Protocol(ROBOT, leg_speeds=(3.0, 1.5))
-
-
-def test_two_studies_add_to_one_table(tmp_path) -> None:
-    """And a shard that was taken away is not written over."""
-    first, second = (open_shards(SMALL, tmp_path / "table") for _ in range(2))
-    for number, shards in enumerate([first, second, first]):
-        shards.add([{"number": number}])
-    files = sorted((tmp_path / "table" / "shards").iterdir())
-    assert len(files) == 3
-    files[1].unlink()
-    first.add([{"number": 3}])
-    assert {row["number"] for row in open_shards(SMALL, tmp_path / "table").rows} == {0, 2, 3}
-
-
-def test_a_full_disk_is_told_and_leaves_no_litter(tmp_path, monkeypatch) -> None:
-    shards = open_shards(SMALL, tmp_path / "table")
-
-    def full(*_: object) -> None:
-        raise OSError(28, "No space left on device")
-
-    monkeypatch.setattr(os, "replace", full)
-    with pytest.raises(sf.FileError, match=r"No space left .* free some space"):
-        shards.add([{"number": 1}])
-    assert list((tmp_path / "table" / "shards").iterdir()) == []
+        Comparison(ROBOT, leg_speeds=(3.0, 1.5))
 
 
 def test_no_workers_are_refused(tmp_path) -> None:
     with pytest.raises(sf.ParameterError, match="a number of workers; got 0"):
-        run_comparison(SMALL, open_shards(SMALL, tmp_path / "table"), workers=0)
+        run(SMALL, tmp_path / "table", workers=0)
 
 
 def test_the_papers_claim_is_answered_from_the_rows() -> None:

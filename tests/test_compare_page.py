@@ -12,30 +12,36 @@ from typing import Any
 
 import pytest
 
-from push_comparison import METHODS, PROVENANCE, measured_rows
-from surefoot.errors import FileError, ParameterError
-from surefoot.studies.compare.compare_page import (
-    SCRIPTS,
-    compare_page,
-    embedded,
-    page_data,
-    write_compare_page,
+from push_comparison import METHODS, PROVENANCE, comparison, measured_rows
+from surefoot.studies.compare.page import SCRIPTS, page_data
+from surefoot.studies.compare.question import Comparison
+from surefoot.studies.compare.scores import (
+    choose,
+    score,
+    select,
+    share,
+    situation,
+    survived,
+    unbroken,
+    values,
 )
-from surefoot.studies.compare.comparison import FAILURES, Choice, Comparison, choose, comparison
+from surefoot.studies.compare.show import comparison_report
+from surefoot.studies.engine.scan import FAILURES
+from surefoot.studies.engine.study import Measured
 
 BROWSER = shutil.which("chromium") or shutil.which("chromium-browser")
 needs_browser = pytest.mark.skipif(BROWSER is None, reason="no chromium to run the script in")
 
 
 @pytest.fixture(scope="module")
-def measured() -> Comparison:
-    return comparison(measured_rows(), METHODS, PROVENANCE)
+def measured() -> Measured[Comparison]:
+    return comparison(measured_rows())
 
 
 @pytest.fixture(scope="module")
-def page(measured: Comparison, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def page(measured: Measured[Comparison], tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("page") / "compare.html"
-    write_compare_page(measured, path, ["The paper has 85 N s against 20 N s."])
+    path.write_text(comparison_report(measured).html())
     return path
 
 
@@ -76,7 +82,7 @@ class Shown(HTMLParser):
         return row
 
 
-def run(page: Path, address: str = "") -> str:
+def shown_by(page: Path, address: str = "") -> str:
     """The page after its script has run, in a browser."""
     assert BROWSER is not None
     done = subprocess.run(
@@ -98,51 +104,40 @@ def data_of(text: str) -> Any:
 def test_the_page_needs_nothing_else(page: Path) -> None:
     text = page.read_text()
     assert not re.search(r"https?:", text)
-    assert not re.search(r"@import|url\(|<link|<img|<iframe|\bsrc=|fetch\(|XMLHttp|import\(", text)
+    assert not re.search(r"@import|url\(|<link|<iframe|fetch\(|XMLHttp|import\(", text)
+    assert not re.search(r'\bsrc="(?!data:image/png;base64,)', text)
     assert "default-src 'none'" in text
     assert text.count("<!doctype html>") == 1
 
 
-def test_what_is_embedded_is_what_was_measured(page: Path, measured: Comparison) -> None:
+def test_what_is_embedded_is_what_was_measured(page: Path, measured: Measured[Comparison]) -> None:
     data = data_of(page.read_text())
     number = {"inf": math.inf, "nan": math.nan}
-    assert [number.get(value, value) for value in data["speeds"]] == list(measured.leg_speeds)
-    assert len(data["cells"]) == len(measured.cells)
-    for cell, entry in zip(measured.cells, data["cells"], strict=True):
+    speeds = [number.get(value, value) for value in data["speeds"]]
+    assert speeds == values(measured.rows, "leg_speed")
+    assert len(data["cells"]) == len(measured.rows)
+    for row, entry in zip(measured.rows, data["cells"], strict=True):
         method, push, impulse, delta_v, step, scanned, failure = entry
-        speed, duration, phase, angle, point, finite, fixed, causal = data["pushes"][push]
-        assert data["methods"][method]["key"] == cell.method
-        assert cell.condition == (
-            number.get(data["speeds"][speed], data["speeds"][speed]), data["durations"][duration],
-            data["phases"][phase], data["angles"][angle],
+        speed, duration, phase, angle, *limits = data["pushes"][push]
+        assert data["methods"][method]["key"] == row["method"]
+        assert situation(row) == (
+            speeds[speed], data["durations"][duration], data["phases"][phase],
+            data["angles"][angle],
         )  # fmt: skip
-        assert number.get(impulse, impulse) == cell.impulse
-        assert number.get(delta_v, delta_v) == cell.delta_v
-        assert (step, scanned, FAILURES[failure]) == (cell.step, cell.scanned, cell.failure)
-        assert (point, finite, fixed) == (cell.limit_point, cell.limit_finite, cell.limit_fixed)
-        assert causal == cell.limit_causal
-
-
-def test_words_cannot_end_the_script_they_stand_in() -> None:
-    words = "</script><script>alert(1)</script>\u2028<!--"
-    text = embedded({"label": words, "values": [math.inf, math.nan, 1.5]})
-    assert "<" not in text
-    assert "\u2028" not in text
-    assert json.loads(text) == {"label": words, "values": ["inf", "nan", 1.5]}
+        assert number.get(impulse, impulse) == row["impulse"]
+        assert number.get(delta_v, delta_v) == row["delta_v"]
+        assert (step, scanned, FAILURES[failure]) == (row["step"], row["scanned"], row["failure"])
+        assert limits == [row[f"limit_{kind}"] for kind in ("point", "finite", "fixed", "causal")]
 
 
 def test_words_of_methods_and_remarks_are_escaped() -> None:
     nasty = "<b>&\"'</script>"
     methods = [{**entry, "label": nasty + entry["label"], "source": nasty} for entry in METHODS]
-    values = comparison(measured_rows(4, 1, (3.0,), (0.2,)), methods, {"robot": nasty})
-    text = compare_page(values, [nasty])
+    found = comparison(measured_rows(4, 1, (3.0,), (0.2,)), methods, {"robot": nasty})
+    text = comparison_report(found).html()
     assert "<b>" not in text
     assert text.count("</script>") == 1 + len(SCRIPTS)
     assert data_of(text)["methods"][0]["label"].startswith(nasty)
-
-
-def test_the_page_is_written_the_same_every_time(measured: Comparison, page: Path) -> None:
-    assert compare_page(measured, ["The paper has 85 N s against 20 N s."]) == page.read_text()
 
 
 def test_every_id_that_the_script_asks_for_is_there_once(page: Path) -> None:
@@ -157,65 +152,65 @@ def test_every_id_that_the_script_asks_for_is_there_once(page: Path) -> None:
 
 def test_sources_protocol_and_provenance_stand_below(page: Path) -> None:
     text = page.read_text()
-    for words in ("The paper has 85 N s against 20 N s.", "The impulse is scanned"[4:],
-                  *(entry["source"] for entry in METHODS), *PROVENANCE.values()):  # fmt: skip
+    for words in ("impulse is scanned", *(entry["source"] for entry in METHODS),
+                  *PROVENANCE.values()):  # fmt: skip
         assert words in text
-    without_script = text[text.index("<noscript>") : text.index("</noscript>")]
-    assert "Hybrid of the paper" in without_script
+    without_script = text[text.index("</figure>") : text.index("<script")]
+    for heading in ("Leg speed 2 m/s", "Unlimited leg speed"):
+        assert f"<h2>{heading}</h2>" in without_script
+    assert without_script.count('<th scope="row">Hybrid of the paper</th>') == 6
 
 
-def test_the_choice_must_have_been_measured(measured: Comparison, tmp_path: Path) -> None:
-    with pytest.raises(
-        ParameterError, match=r"`leg_speed` that was measured: .*; got 5\.0; choose"
-    ):
-        compare_page(measured, choice=Choice(5.0, 0.2, 0.5))
-    with pytest.raises(FileError, match=r"expected a path ending in \.html"):
-        write_compare_page(measured, tmp_path / "page.txt")
-    assert page_data(measured, choose(measured))["choice"] == {
+def test_the_page_opens_with_the_usual_choice(measured: Measured[Comparison]) -> None:
+    assert page_data(measured, choose(measured.rows))["choice"] == {
         "speed": 1, "duration": 1, "phase": 4,
     }  # fmt: skip
 
 
 @needs_browser
 @pytest.mark.parametrize("speed", [2.0, 3.0, math.inf])
-def test_the_table_follows_the_leg_speed(page: Path, measured: Comparison, speed: float) -> None:
-    shown = Shown(run(page, f"#speed={speed:g}&duration=0.2&phase=0.25"))
-    cells = measured.select(leg_speed=speed, push_duration=0.2, phase=0.25)
-    for method in measured.methods:
-        own = {cell.angle: cell for cell in cells if cell.method == method.key}
-        row = shown.row(method.label)
+def test_the_table_follows_the_leg_speed(
+    page: Path, measured: Measured[Comparison], speed: float
+) -> None:
+    shown = Shown(shown_by(page, f"#speed={speed:g}&duration=0.2&phase=0.25"))
+    rows = select(measured.rows, leg_speed=speed, push_duration=0.2, phase=0.25)
+    for method in METHODS:
+        own = {row["angle"]: row for row in select(rows, method=method["key"])}
+        told = shown.row(method["label"])
         failing = [
             "–" if angle not in own
-            else f"> {own[angle].scanned:g}" if own[angle].unbroken
-            else f"{own[angle].impulse:g}"
+            else f"> {own[angle]['scanned']:g}" if unbroken(own[angle])
+            else f"{own[angle]['impulse']:g}"
             for angle in (0.0, 90.0, 180.0, 270.0)
         ]  # fmt: skip
-        assert row[3:7] == failing
-        shares = [cell.causal_fraction for cell in own.values()]
+        assert told[3:7] == failing
+        shares = [share(row, "limit_causal") for row in own.values()]
         mean = f"{100.0 * math.fsum(shares) / len(shares):.0f} %" if shares else "–"
-        assert row[-1].rstrip("*") == mean
-        score = measured.score(method, cells)
-        assert (f"{100.0 * score.mean:.0f} %" if own else "–") in row[1]
-        assert row[1].endswith("*") == (0 < score.cells < score.possible)
-    limits = [f"{c.limit_finite:.1f}" for c in cells if c.method == "unified"]
+        assert told[-1].rstrip("*") == mean
+        found = score(method["key"], rows)
+        assert (f"{100.0 * found.mean:.0f} %" if own else "–") in told[1]
+        assert told[1].endswith("*") == (0 < found.cells < found.possible)
+    limits = [f"{row['limit_finite']:.1f}" for row in select(rows, method="unified")]
     assert shown.row("Limit")[3:7] == limits[::2]
 
 
 @needs_browser
-def test_the_worst_phase_and_the_mean_over_phases(page: Path, measured: Comparison) -> None:
-    cells = measured.select(method="hybrid", leg_speed=4.0, push_duration=0.1, angle=0.0)
-    worst = Shown(run(page, "#speed=4&duration=0.1&phase=worst")).row("Hybrid")
-    assert worst[3] == f"{min(cell.impulse for cell in cells):g}"
-    mean = Shown(run(page, "#speed=4&duration=0.1&phase=mean")).row("Hybrid")
-    assert mean[3] == f"{sum(cell.impulse for cell in cells) / len(cells):.1f}"
-    every = measured.select(method="hybrid", leg_speed=4.0, push_duration=0.1)
-    share = 100.0 * sum(cell.fraction for cell in every) / len(every)
-    assert mean[1] == f"{share:.0f} %"
+def test_the_worst_phase_and_the_mean_over_phases(
+    page: Path, measured: Measured[Comparison]
+) -> None:
+    at = {"method": "hybrid", "leg_speed": 4.0, "push_duration": 0.1}
+    rows = select(measured.rows, angle=0.0, **at)
+    worst = Shown(shown_by(page, "#speed=4&duration=0.1&phase=worst")).row("Hybrid")
+    assert worst[3] == f"{min(row['impulse'] for row in rows):g}"
+    mean = Shown(shown_by(page, "#speed=4&duration=0.1&phase=mean")).row("Hybrid")
+    assert mean[3] == f"{sum(row['impulse'] for row in rows) / len(rows):.1f}"
+    every = select(measured.rows, **at)
+    assert mean[1] == f"{100.0 * sum(map(share, every)) / len(every):.0f} %"
 
 
 @needs_browser
 def test_only_chosen_methods_are_drawn_and_ranked(page: Path) -> None:
-    text = run(page, "#speed=3&duration=0.2&phase=0.5&methods=hybrid,dcm_tracking")
+    text = shown_by(page, "#speed=3&duration=0.2&phase=0.5&methods=hybrid,dcm_tracking")
     big = text[text.index('id="map"') : text.index('id="tip"')]
     assert sorted(re.findall(r'class="method" data-method="(\d)"', big)) == ["1", "6"]
     finding = Shown(text).words["finding"]
@@ -225,8 +220,8 @@ def test_only_chosen_methods_are_drawn_and_ranked(page: Path) -> None:
 
 
 @needs_browser
-def test_the_map_is_drawn_from_above_to_scale(page: Path, measured: Comparison) -> None:
-    text = run(page, "#speed=3&duration=0.2&phase=0.5&methods=hybrid")
+def test_the_map_is_drawn_from_above_to_scale(page: Path, measured: Measured[Comparison]) -> None:
+    text = shown_by(page, "#speed=3&duration=0.2&phase=0.5&methods=hybrid")
     big = text[text.index('id="map"') : text.index('id="tip"')]
     ((method_path,), (limit,)) = (
         re.findall(r'<path d="([^"]+)" class="line"', big),
@@ -236,10 +231,11 @@ def test_the_map_is_drawn_from_above_to_scale(page: Path, measured: Comparison) 
         [tuple(map(float, pair.split(","))) for pair in re.split("[MLZ]", path) if pair]
         for path in (method_path, limit)
     )
-    cells = measured.select(method="hybrid", leg_speed=3.0, push_duration=0.2, phase=0.5)
-    largest = max(c.limit_finite for c in measured.select(leg_speed=3.0, push_duration=0.2))
-    for cell, (x, y), outer in zip(cells, points, around, strict=True):
-        turn, radius = math.radians(cell.angle), 200.0 * cell.survived / largest
+    pushed = select(measured.rows, leg_speed=3.0, push_duration=0.2)
+    largest = max(row["limit_finite"] for row in pushed)
+    rows = select(pushed, method="hybrid", phase=0.5)
+    for row, (x, y), outer in zip(rows, points, around, strict=True):
+        turn, radius = math.radians(row["angle"]), 200.0 * survived(row) / largest
         assert (x, y) == pytest.approx(
             (-radius * math.sin(turn), -radius * math.cos(turn)), abs=0.06
         )
@@ -249,10 +245,10 @@ def test_the_map_is_drawn_from_above_to_scale(page: Path, measured: Comparison) 
 @needs_browser
 @pytest.mark.parametrize("directions", [4, 72])
 def test_few_and_many_directions_are_drawn(tmp_path: Path, directions: int) -> None:
-    values = comparison(measured_rows(directions, 1, (3.0,), (0.2,)), METHODS, PROVENANCE)
+    found = comparison(measured_rows(directions, 1, (3.0,), (0.2,)))
     path = tmp_path / "compare.html"
-    write_compare_page(values, path)
-    text = run(path)
+    path.write_text(comparison_report(found).html())
+    text = shown_by(path)
     big = text[text.index('id="map"') : text.index('id="tip"')]
     assert big.count('class="limit finite"') == (4 if directions == 4 else 1)
     assert ('class="line guide"' in big) == (directions == 4)
@@ -261,16 +257,18 @@ def test_few_and_many_directions_are_drawn(tmp_path: Path, directions: int) -> N
 
 
 @needs_browser
-def test_arrow_keys_read_the_map(page: Path, measured: Comparison, tmp_path: Path) -> None:
+def test_arrow_keys_read_the_map(
+    page: Path, measured: Measured[Comparison], tmp_path: Path
+) -> None:
     keys = """<script>for (const key of ["ArrowDown", "ArrowDown", "ArrowLeft", "ArrowLeft"])
       document.getElementById("map").dispatchEvent(new KeyboardEvent("keydown", {key}));</script>"""
     path = tmp_path / "keys.html"
     path.write_text(page.read_text().replace("</body>", f"{keys}</body>"))
-    text = run(path, "#speed=3&duration=0.2&phase=0.5").replace("&nbsp;", " ")
+    text = shown_by(path, "#speed=3&duration=0.2&phase=0.5").replace("&nbsp;", " ")
     tip = text[text.index('id="tip"') : text.index("</div>", text.index('id="tip"'))]
-    (cell,) = measured.select(
-        method="hybrid", leg_speed=3.0, push_duration=0.2, phase=0.5, angle=90.0
+    (row,) = select(
+        measured.rows, method="hybrid", leg_speed=3.0, push_duration=0.2, phase=0.5, angle=90.0
     )
     assert "Hybrid of the paper, outward" in tip
-    assert f"survives {cell.survived:g} N s" in tip
-    assert f"fell at {cell.impulse:g} N s ({cell.delta_v:.3f} m/s)" in tip
+    assert f"survives {survived(row):g} N s" in tip
+    assert f"fell at {row['impulse']:g} N s ({row['delta_v']:.3f} m/s)" in tip

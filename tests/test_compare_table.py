@@ -10,18 +10,22 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from push_comparison import METHODS, PROVENANCE, measured_rows
+from push_comparison import METHODS, PROVENANCE, comparison, measured_rows
 from surefoot.errors import FileError, ParameterError
 from surefoot.rollout.outcome import RECOVERY_TIME, SETTLED_ROOM, SETTLED_VELOCITY
-from surefoot.studies.compare.compare_report import compare_text, write_compare_report
-from surefoot.studies.compare.compare_table import (
+from surefoot.studies.compare.question import Comparison
+from surefoot.studies.compare.scores import Choice, choose, select, share, survived, unbroken
+from surefoot.studies.compare.show import (
     COLUMNS,
     LIMIT,
-    compare_table,
-    print_compare_table,
+    cautions,
+    comparison_report,
+    comparison_table,
+    note,
+    protocol,
 )
-from surefoot.studies.compare.compare_words import cautions, protocol
-from surefoot.studies.compare.comparison import Choice, Comparison, choose, comparison
+from surefoot.studies.engine.report import Table
+from surefoot.studies.engine.study import Measured
 from surefoot.studies.engine.words import angle_words, time_words
 
 ROW = {
@@ -36,21 +40,25 @@ METHOD = {
 
 
 @pytest.fixture(scope="module")
-def measured() -> Comparison:
-    return comparison(measured_rows(), METHODS, PROVENANCE)
+def measured() -> Measured[Comparison]:
+    return comparison(measured_rows())
 
 
-def one(**changes: Any) -> Comparison:
+def one(**changes: Any) -> Measured[Comparison]:
     return comparison([{**ROW, **changes}], [METHOD], {})
 
 
-def column(measured: Comparison, name: str, **choice: float) -> dict[str, str]:
-    table = compare_table(measured, choose(measured, **choice))
-    return {row[0]: row[COLUMNS.index(name)] for row in table.rows}
+def table(measured: Measured[Comparison], **choice: float) -> Table:
+    chosen = choose(measured.rows, **choice)
+    return comparison_table(measured, chosen.leg_speed, chosen)
+
+
+def column(measured: Measured[Comparison], name: str, **choice: float) -> dict[str, str]:
+    return {row[0]: row[COLUMNS.index(name)] for row in table(measured, **choice).rows}
 
 
 @pytest.mark.parametrize(
-    ("changes", "survived", "fraction"),
+    ("changes", "most", "fraction"),
     [
         ({}, 40.0, 0.8),
         ({"impulse": 42.5, "step": 2.5}, 40.0, 0.8),
@@ -61,36 +69,43 @@ def column(measured: Comparison, name: str, **choice: float) -> dict[str, str]:
     ],
 )
 def test_survived_is_one_step_below_what_fails(
-    changes: dict[str, Any], survived: float, fraction: float
+    changes: dict[str, Any], most: float, fraction: float
 ) -> None:
-    (cell,) = one(**changes).cells
-    assert cell.survived == survived
-    assert cell.fraction == pytest.approx(fraction)
+    row = {**ROW, **changes}
+    assert survived(row) == most
+    assert share(row) == pytest.approx(fraction)
 
 
-def test_a_mean_says_on_how_many_cells_it_stands(measured: Comparison) -> None:
-    for method in measured.methods:
-        cells = measured.select(method=method.key, leg_speed=3.0)
-        mean = 100.0 * sum(cell.fraction for cell in cells) / len(cells)
-        words = column(measured, "mean", leg_speed=3.0)[method.label]
+def test_a_share_is_of_the_limit_that_is_asked_for() -> None:
+    assert share({**ROW, "limit_causal": 80.0}, "limit_causal") == 0.5
+    assert math.isnan(share(ROW, "limit_causal"))
+    assert math.isnan(share({**ROW, "limit_finite": 0.0}))
+    assert share({**ROW, "survived_mean": 25.0}, survives="survived_mean") == 0.5
+
+
+def test_a_mean_says_on_how_many_cells_it_stands(measured: Measured[Comparison]) -> None:
+    for method in METHODS:
+        rows, label = select(measured.rows, method=method["key"], leg_speed=3.0), method["label"]
+        mean = 100.0 * sum(map(share, rows)) / len(rows)
+        words = column(measured, "mean", leg_speed=3.0)[label]
         assert f"{mean:.0f} %" in words
-        assert words.endswith("*") == (len(cells) < 192)
-        count = column(measured, "cells", leg_speed=3.0)[method.label]
-        assert count == ("192" if len(cells) == 192 else f"{len(cells)} of 192")
-        worst = column(measured, "worst", leg_speed=3.0)[method.label]
-        assert f"{100.0 * min(cell.fraction for cell in cells):.0f} %" in worst
+        assert words.endswith("*") == (len(rows) < 192)
+        count = column(measured, "cells", leg_speed=3.0)[label]
+        assert count == ("192" if len(rows) == 192 else f"{len(rows)} of 192")
+        worst = column(measured, "worst", leg_speed=3.0)[label]
+        assert f"{100.0 * min(map(share, rows)):.0f} %" in worst
 
 
 def test_a_lower_bound_is_marked() -> None:
     open_end = one(impulse=math.inf, failure="none", scanned=30.0)
     assert column(open_end, "mean") == {"A": "≥ 60 %", LIMIT: "100 %"}
     assert column(open_end, "forward [N s]")["A"] == "> 30"
-    assert "≥" in compare_table(open_end).note
+    assert "≥" in note(open_end, choose(open_end.rows))
     assert column(one(), "mean")["A"] == "80 %"
-    assert "≥" not in compare_table(one()).note
+    assert "≥" not in note(one(), choose(one().rows))
 
 
-def test_what_was_not_measured_is_a_dash(measured: Comparison) -> None:
+def test_what_was_not_measured_is_a_dash(measured: Measured[Comparison]) -> None:
     for name in ("mean", "worst", "forward [N s]", "fell", "unsettled"):
         assert column(measured, name, leg_speed=4.0)["Preview control"] == "–"
     assert column(measured, "cells", leg_speed=4.0)["Preview control"] == "0 of 192"
@@ -99,24 +114,24 @@ def test_what_was_not_measured_is_a_dash(measured: Comparison) -> None:
     assert column(one(), "outward [N s]") == {"A": "–", LIMIT: "–"}
 
 
-def test_smallest_failing_pushes_are_those_of_the_choice(measured: Comparison) -> None:
+def test_smallest_failing_pushes_are_those_of_the_choice(measured: Measured[Comparison]) -> None:
     choice = {"leg_speed": 6.0, "push_duration": 0.4, "phase": 0.75}
     for name, angle in (("forward", 0.0), ("outward", 90.0), ("back", 180.0), ("inward", 270.0)):
         shown = column(measured, f"{name} [N s]", **choice)
-        for method in measured.methods:
-            cells = measured.select(method=method.key, angle=angle, **choice)
-            assert shown[method.label] == (f"{cells[0].impulse:g}" if cells else "–")
-        (limit,) = {c.limit_finite for c in measured.select(angle=angle, **choice)}
+        for method in METHODS:
+            rows = select(measured.rows, method=method["key"], angle=angle, **choice)
+            assert shown[method["label"]] == (f"{rows[0]['impulse']:g}" if rows else "–")
+        (limit,) = {row["limit_finite"] for row in select(measured.rows, angle=angle, **choice)}
         assert shown[LIMIT] == f"{limit:.1f}"
 
 
-def test_failures_are_counted_by_kind(measured: Comparison) -> None:
-    cells = measured.select(method="step_location", leg_speed=3.0)
-    unsettled = sum(cell.failure == "unsettled" for cell in cells)
-    assert 0 < unsettled < len(cells)
+def test_failures_are_counted_by_kind(measured: Measured[Comparison]) -> None:
+    rows = select(measured.rows, method="step_location", leg_speed=3.0)
+    unsettled = sum(row["failure"] == "unsettled" for row in rows)
+    assert 0 < unsettled < len(rows)
     assert column(measured, "unsettled", leg_speed=3.0)["Step location only"] == str(unsettled)
     assert column(measured, "fell", leg_speed=3.0)["Step location only"] == str(
-        len(cells) - unsettled
+        len(rows) - unsettled
     )
 
 
@@ -137,62 +152,38 @@ def test_times_have_the_unit_in_which_they_are_short(seconds: float, words: str)
 
 def test_the_usual_choice() -> None:
     rows = measured_rows(4, 8)
-    assert choose(comparison(rows, METHODS, {})) == Choice(3.0, 0.2, 0.5)
+    assert choose(rows) == Choice(3.0, 0.2, 0.5)
     unlimited = measured_rows(4, 1, (math.inf,), (0.4,))
-    assert choose(comparison(unlimited, METHODS, {})) == Choice(math.inf, 0.4, 0.0)
+    assert choose(unlimited) == Choice(math.inf, 0.4, 0.0)
 
 
-@pytest.mark.parametrize("width", [80, 100, 170])
+@pytest.mark.parametrize("width", [80, 100, 200])
 def test_the_terminal_shows_every_number_whatever_its_width(
-    measured: Comparison, width: int
+    measured: Measured[Comparison], width: int
 ) -> None:
     stream = io.StringIO()
-    print_compare_table(measured, Console(file=stream, width=width))
+    comparison_report(measured).print(Console(file=stream, width=width))
     printed = stream.getvalue()
     assert max(len(text.rstrip()) for text in printed.splitlines()) <= width
-    for row in compare_table(measured).rows:
-        for value in row[2:]:
-            assert value in printed
-    assert ("cycle p50" in printed.splitlines()[1]) == (width == 170)
+    for leg_speed in (2.0, 3.0, math.inf):
+        for row in table(measured, leg_speed=leg_speed).rows:
+            for value in row[2:]:
+                assert value in printed
+    heads = [line for line in printed.splitlines() if re.match(r"method +adapts", line)]
+    assert all(("cells" in line) == (width == 200) for line in heads)
 
 
-@pytest.mark.parametrize(
-    ("changes", "message"),
-    [
-        ({"method": "b"}, r"expected `method` one of a; got 'b'; correct the row"),
-        ({"angle": 360.0}, r"expected `angle` in \[0, 360\) deg; got 360.0; correct the row"),
-        ({"phase": 1.0}, r"expected `phase` in \[0, 1\); got 1.0"),
-        ({"impulse": math.nan}, "expected `impulse` of at least 0 N s"),
-        ({"limit_finite": -1.0}, "expected `limit_finite` of at least 0 N s and finite; got -1.0"),
-        ({"limit_finite": math.inf}, "expected `limit_finite` of at least 0 N s .*; got inf"),
-        ({"failure": "slipped"}, "expected `failure` one of fell, unsettled, none; got 'slipped'"),
-        ({"failure": "none"}, "expected an infinite `impulse` exactly where `failure` is none"),
-        ({"speed": 3.0}, r"expected a row with the keys method, .*; got .*unknown \['speed'\]"),
-    ],
-)
-def test_wrong_rows_are_told(changes: dict[str, Any], message: str) -> None:
-    with pytest.raises(ParameterError, match=message):
-        one(**changes)
-
-
-def test_wrong_sets_of_rows_are_told(measured: Comparison) -> None:
-    with pytest.raises(ParameterError, match="expected each cell once"):
-        comparison([ROW, ROW], [METHOD], {})
-    with pytest.raises(ParameterError, match="expected each method once; got 'a' more than once"):
-        comparison([ROW], [METHOD, METHOD], {})
-    with pytest.raises(ParameterError, match="expected rows and methods; got 0 rows, 1 methods"):
-        comparison([], [METHOD], {})
-    other = {**ROW, "method": "b", "limit_finite": 51.0}
-    with pytest.raises(ParameterError, match="expected the same limits for every method"):
-        comparison([ROW, other], [METHOD, {**METHOD, "key": "b"}], {})
-    with pytest.raises(ParameterError, match=r"missing \['label'\]"):
-        comparison([ROW], [{k: v for k, v in METHOD.items() if k != "label"}], {})
+def test_a_choice_must_have_been_measured(measured: Measured[Comparison]) -> None:
     with pytest.raises(ParameterError, match=r"`phase` that was measured: 0, 0\.125, .*; got 0\.3"):
-        compare_table(measured, Choice(3.0, 0.2, 0.3))
+        comparison_report(measured, Choice(3.0, 0.2, 0.3))
+    with pytest.raises(
+        ParameterError, match=r"`leg_speed` that was measured: .*; got 5\.0; choose"
+    ):
+        comparison_report(measured, Choice(5.0, 0.2, 0.5))
 
 
-def test_the_protocol_says_what_the_code_does(measured: Comparison) -> None:
-    words = " ".join(protocol(measured))
+def test_the_protocol_says_what_the_code_does(measured: Measured[Comparison]) -> None:
+    words = " ".join(protocol(measured.rows))
     assert f"within {RECOVERY_TIME:g}/ω" in words
     assert f"below {100.0 * SETTLED_ROOM:g} %" in words
     assert f"within {100.0 * SETTLED_VELOCITY:g} %" in words
@@ -201,57 +192,65 @@ def test_the_protocol_says_what_the_code_does(measured: Comparison) -> None:
     assert "8 directions, every 45°" in words
 
 
-def test_holes_open_ends_and_passed_limits_are_told(measured: Comparison) -> None:
+def test_holes_open_ends_and_passed_limits_are_told(measured: Measured[Comparison]) -> None:
     holes, open_ends = cautions(measured)
     assert "Preview control (48)" in holes
     assert "Hybrid of the paper" not in holes
-    assert f"In {sum(cell.unbroken for cell in measured.cells)} cells nothing failed" in open_ends
+    assert f"In {sum(map(unbroken, measured.rows))} cells nothing failed" in open_ends
     (beyond,) = cautions(one(impulse=70.0))
     assert "at most 69 N s against 50 N s" in beyond
     assert cautions(one()) == []
 
 
-def test_the_report_says_it_all(measured: Comparison, tmp_path: Path) -> None:
-    remarks = ["The paper has 85 N s against 20 N s."]
-    page, text, *pictures = write_compare_report(measured, tmp_path / "out", remarks)
+def test_the_report_says_it_all(measured: Measured[Comparison], tmp_path: Path) -> None:
+    page, text, *pictures = comparison_report(measured).write(tmp_path / "out")
     assert (page.name, text.name) == ("compare.html", "compare.md")
     content = text.read_text()
-    assert remarks[0] in content
-    assert remarks[0] in page.read_text()
     for heading in ("Leg speed 2 m/s", "Leg speed 6 m/s", "Unlimited leg speed", "Provenance"):
         assert f"## {heading}\n" in content
-    for method in measured.methods:
-        for words in (method.label, method.source, method.cannot):
+    for method in METHODS:
+        for words in (method["label"], method["source"], method["cannot"]):
             assert words in content
     for key, value in PROVENANCE.items():
         assert f"| {key} | {value} |" in content
     linked = re.findall(r"!\[[^]]*\]\(([^)]+)\)", content)
     assert sorted(linked) == sorted(str(path.relative_to(tmp_path / "out")) for path in pictures)
     assert all(path.read_bytes().startswith(b"\x89PNG") for path in pictures)
+    # The same comparison makes the same bytes.
+    for path in comparison_report(measured).write(tmp_path / "again"):
+        there = tmp_path / "out" / path.relative_to(tmp_path / "again")
+        assert path.read_bytes() == there.read_bytes()
 
 
-def test_the_report_says_where_robots_do_not_settle(measured: Comparison) -> None:
-    content = compare_text(measured)
-    own = measured.select(method="step_location")
-    unsettled = [cell for cell in own if cell.failure == "unsettled"]
-    counted = sum(cell.angle == 180.0 for cell in unsettled)
-    found = re.search(r"- Step location only: (\d+) of (\d+) cells; .*back \((\d+)\)", content)
+def test_the_papers_own_comparison_is_told_where_it_was_measured() -> None:
+    rows = [
+        {**ROW, "method": key, "impulse": impulse}
+        for key, impulse in (("hybrid", 80.0), ("foot-placement-mpc", 40.0))
+    ]
+    methods = [{**METHOD, "key": row["method"]} for row in rows]
+    report = comparison_report(comparison(rows, methods, {}))
+    told = "forward 80 against 40 N s (ratio 2.00; the hybrid is ahead in 1 of 1 cells)"
+    assert told in report.markdown()
+    assert told in report.html({"pictures/shares.png": b""})
+
+
+def test_the_report_says_where_robots_do_not_settle(measured: Measured[Comparison]) -> None:
+    content = comparison_report(measured).markdown()
+    own = select(measured.rows, method="step_location")
+    unsettled = select(own, failure="unsettled")
+    counted = len(select(unsettled, angle=180.0))
+    found = re.search(r"\| Step location only \| (\d+) of (\d+) \| .*back \((\d+)\)", content)
     assert found is not None
     assert [int(value) for value in found.groups()] == [len(unsettled), len(own), counted]
-    assert "Nowhere" in compare_text(one())
+    assert "Nowhere" in comparison_report(one()).markdown()
 
 
-def test_a_table_of_the_report_has_one_text_for_each_column(measured: Comparison) -> None:
-    table = compare_table(measured)
-    assert all(len(row) == len(COLUMNS) for row in table.rows)
-    header = next(line for line in compare_text(measured).splitlines() if "| adapts |" in line)
-    assert header.count("|") == len(COLUMNS) + 1
-
-
-def test_a_folder_that_cannot_be_written_is_told(measured: Comparison, tmp_path: Path) -> None:
+def test_a_folder_that_cannot_be_written_is_told(
+    measured: Measured[Comparison], tmp_path: Path
+) -> None:
     (tmp_path / "file").write_text("")
     with pytest.raises(FileError, match="expected a folder that can be written to"):
-        write_compare_report(one(), tmp_path / "file")
+        comparison_report(one()).write(tmp_path / "file")
 
 
 def test_directions_have_names() -> None:

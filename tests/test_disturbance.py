@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import surefoot as sf
-from surefoot.rollout.noise import mixed, noise_key, normal_pair, uniform
+from surefoot.rollout.disturbance import mixed, noise_key, normal_pair, uniform
 from surefoot.worlds.point.batch import simulate_batch
 
 ROBOT = sf.load_robot("paper-biped").replace(mass=70.0)

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import surefoot as sf
-from surefoot.dcm.double_support import hermite, transition
+from surefoot.dcm.dcm_plan import hermite, transition
 from surefoot.dcm.support import nearest_under_feet, nearest_under_foot
 
 OMEGA = 3.5

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import surefoot as sf
-from surefoot.dcm.foothold_plan import plan_footholds
+from surefoot.dcm.footholds import plan_footholds
 from surefoot.dcm.pendulum import dcm_flow
 
 ROBOT = sf.load_robot("paper-biped")

@@ -3,52 +3,60 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
 
 import surefoot as sf
 from surefoot.cli import main
-from surefoot.studies.gentleness.gentleness import (
-    QUANTITIES,
-    Answer,
-    Gentleness,
-    answer,
-    gentleness,
-)
+from surefoot.studies.engine.push_answer import answer
+from surefoot.studies.engine.study import Measured, run
+from surefoot.studies.gentleness.question import Gentleness
+from surefoot.studies.gentleness.show import QUANTITIES, gentleness_report, larger, numbers
 
 TIMING = 5e-4
 """By how much more the time of a landing may change [s]."""
 
 
 @pytest.fixture(scope="module")
-def measured(robot: sf.Robot) -> list[Gentleness]:
-    return gentleness(robot, leg_speeds=(3.0,))
+def measured(robot: sf.Robot, tmp_path_factory: pytest.TempPathFactory) -> Measured[Gentleness]:
+    study = Gentleness(robot, leg_speeds=(3.0,))
+    return run(study, tmp_path_factory.mktemp("gentleness") / "out", workers=1)
 
 
-def is_gentle(entry: Gentleness, key: str, other: str) -> bool:
+def of(measured: Measured[Gentleness], impulse: float) -> list[dict]:
+    return [row for row in measured.rows if row["impulse"] == impulse]
+
+
+def values(rows: list[dict], key: str, quantity: str) -> list[float]:
+    return [row[quantity] for row in rows if row["method"] == key]
+
+
+def is_gentle(rows: list[dict], key: str, other: str) -> bool:
     """Whether a method moves ZMP and landing no further in any cell, and the time hardly."""
-    times = zip(entry.values(key, "timing"), entry.values(other, "timing"), strict=True)
+    times = zip(values(rows, key, "timing"), values(rows, other, "timing"), strict=True)
     return (
-        entry.larger(key, other, "zmp_peak") == 0
-        and entry.larger(key, other, "landing") == 0
+        larger(rows, key, other, "zmp_peak") == 0
+        and larger(rows, key, other, "landing") == 0
         and all(mine <= theirs + TIMING for mine, theirs in times)
     )
 
 
-def test_unified_is_never_less_gentle_than_the_hybrid(measured: list[Gentleness]) -> None:
-    assert [entry.impulse for entry in measured] == [5.0, 10.0, 20.0]
-    for entry in measured:
-        assert len(entry.answers["unified"]) == 16
-        assert all(one.survived for one in entry.answers["unified"])
-        assert is_gentle(entry, "unified", "hybrid")
+def test_unified_is_never_less_gentle_than_the_hybrid(measured: Measured[Gentleness]) -> None:
+    assert {row["impulse"] for row in measured.rows} == {5.0, 10.0, 20.0}
+    for impulse in (5.0, 10.0, 20.0):
+        rows = of(measured, impulse)
+        assert len(values(rows, "unified", "zmp_peak")) == 16
+        assert all(values(rows, "unified", "survived"))
+        assert is_gentle(rows, "unified", "hybrid")
     # The law can fail: it does for the methods exchanged.
-    assert not is_gentle(measured[-1], "hybrid", "unified")
+    assert not is_gentle(of(measured, 20.0), "hybrid", "unified")
 
 
-def test_the_smallest_pushes_move_no_landing(measured: list[Gentleness]) -> None:
-    assert max(measured[0].values("unified", "landing")) < 1e-9
-    assert max(measured[0].values("unified", "timing")) < 1e-9
+def test_the_smallest_pushes_move_no_landing(measured: Measured[Gentleness]) -> None:
+    assert max(values(of(measured, 5.0), "unified", "landing")) < 1e-9
+    assert max(values(of(measured, 5.0), "unified", "timing")) < 1e-9
 
 
 def test_without_comfort_it_is_not_gentle(robot: sf.Robot) -> None:
@@ -65,27 +73,67 @@ def test_an_answer_is_measured_against_the_gait(robot: sf.Robot) -> None:
     assert not fallen.survived
 
 
-def test_larger_counts_cells() -> None:
-    low, high = Answer(0.1, 0.1, 0.1, 0.1, True), Answer(0.2, 0.1, 0.1, 0.1, True)
-    entry = Gentleness(float("inf"), 5.0, {"one": (low, high), "other": (high, high)})
-    assert (entry.larger("one", "other", "zmp_peak"), entry.larger("other", "one", "zmp_peak")) == (
-        0,
-        1,
-    )
-    numbers = entry.as_numbers()
-    assert numbers["leg_speed"] is None
-    assert numbers["methods"]["one"]["zmp_peak"] == {"mean": pytest.approx(0.15), "largest": 0.2}
+def test_larger_counts_cells(robot: sf.Robot) -> None:
+    study = Gentleness(robot, leg_speeds=(float("inf"),), impulses=(5.0,))
+    rows = [
+        {"leg_speed": float("inf"), "impulse": 5.0, "method": key, "angle": 0.0, "phase": phase,
+         "zmp_peak": peak, "zmp_rms": 0.1, "landing": 0.1, "timing": 0.1}
+        for key, phase, peak in (
+            ("unified", 0.0, 0.1), ("unified", 0.5, 0.2), ("hybrid", 0.0, 0.2), ("hybrid", 0.5, 0.2)
+        )
+    ]  # fmt: skip
+    assert larger(rows, "unified", "hybrid", "zmp_peak") == 0
+    assert larger(rows, "hybrid", "unified", "zmp_peak") == 1
+    (told,) = numbers(Measured(study, rows, [], {}))
+    assert told["leg_speed"] is None
+    assert told["methods"]["unified"]["zmp_peak"] == {"mean": pytest.approx(0.15), "largest": 0.2}
+    assert told["unified_larger"]["zmp_peak"] == 0
+    # What only one of them has answered is not compared.
+    (told,) = numbers(Measured(study, rows[:3], [], {}))
+    assert told["cells"] == 1
+    assert numbers(Measured(study, rows[:2], [], {})) == []
 
 
-def test_the_command_prints_the_table_and_the_numbers(measured: list[Gentleness]) -> None:
-    arguments = ["gentleness", "--impulse", "10", "--leg-speed", "3"]
+def test_the_command_prints_the_table_and_the_numbers(
+    measured: Measured[Gentleness], tmp_path: Path
+) -> None:
+    arguments = ["gentleness", "--impulse", "10", "--leg-speed", "3", "--workers", "1", "--out"]
+    arguments.append(str(tmp_path / "out"))
     words = CliRunner().invoke(main, arguments)
     assert words.exit_code == 0, words.output
     assert "Leg speed 3 m/s" in words.output
     assert "16 of 16" in words.output
+    shards = sorted((tmp_path / "out" / "shards").iterdir())
     (told,) = json.loads(CliRunner().invoke(main, [*arguments, "--json"]).stdout)["gentleness"]
-    assert told == measured[1].as_numbers()
+    assert told == numbers(measured)[1]
+    assert sorted((tmp_path / "out" / "shards").iterdir()) == shards  # nothing measured again
     assert set(told["methods"]["unified"]) == set(QUANTITIES)
     assert f"{1e3 * told['methods']['hybrid']['landing']['mean']:.1f}" in words.output
+    for name in ("gentleness.html", "gentleness.md", "gentleness.parquet"):
+        assert (tmp_path / "out" / name).stat().st_size > 0
     wrong = CliRunner().invoke(main, ["gentleness", "--leg-speed", "0"])
     assert wrong.exit_code == 2
+
+
+def test_every_number_of_the_table_is_in_all_forms(measured: Measured[Gentleness]) -> None:
+    report = gentleness_report(measured)
+    for entry in numbers(measured):
+        for own in entry["methods"].values():
+            for quantity in own.values():
+                words = f"{1e3 * quantity['mean']:.1f} {1e3 * quantity['largest']:6.1f}"
+                assert words in report.markdown()
+                assert words in report.html()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"impulses": (0.0,)}, r"`impulses` above 0 \[N s\]"),
+        ({"impulses": ()}, "at least one of `impulses`"),
+        ({"leg_speeds": (3.0, 3.0)}, "`leg_speeds` without repetition"),
+        ({"methods": ("lqr", "hybrid")}, r"a method \("),
+    ],
+)
+def test_questions_that_make_no_sense(robot: sf.Robot, arguments: dict, message: str) -> None:
+    with pytest.raises(sf.ParameterError, match=message):
+        Gentleness(robot, **arguments)

@@ -54,12 +54,7 @@ SIBLINGS = ("studies", "worlds")
 SHARED = {"studies.engine"}
 """Folders of such a room that all others see, and which see none of them."""
 
-NOT_YET = {
-    ("studies.engine", "studies.compare"),
-    ("studies.gentleness", "studies.compare"),
-    ("studies.push_map", "studies.compare"),
-    ("studies.reproduce", "studies.compare"),
-}
+NOT_YET: set[tuple[str, str]] = set()
 """What is left to be taken apart."""
 
 
@@ -167,7 +162,7 @@ def test_files_and_functions_stay_short(path: Path) -> None:
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: str(path.relative_to(SOURCE)))
 def test_imports_stand_at_the_top(path: Path) -> None:
-    if room(path) in MAY_WAIT or path.name.startswith("command") or path.stem == "body_study":
+    if room(path) in MAY_WAIT or path.name.startswith("command"):
         return
     for node in ast.walk(ast.parse(path.read_text())):
         if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef)):
@@ -209,7 +204,7 @@ def test_the_type_checkers_door_and_the_running_one_are_the_same() -> None:
 def modules_after(statement: str) -> set[str]:
     code = f"{statement}\nimport sys, json; print(json.dumps(sorted(sys.modules)))"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    return {name.split(".")[0] for name in json.loads(done.stdout)}
+    return {name.split(".")[0] for name in json.loads(done.stdout.splitlines()[-1])}
 
 
 # Not scipy: numba itself loads it where it is installed.
@@ -244,6 +239,34 @@ def test_a_name_without_its_extra_says_how_to_install_it(name: str) -> None:
 
 
 def test_help_loads_next_to_nothing() -> None:
-    loaded = modules_after("import surefoot.cli")
+    loaded = modules_after("from surefoot.cli import main\nmain(['--help'], standalone_mode=False)")
     assert not loaded & {"numpy", "numba", "msgspec", "matplotlib", "rich"}
     assert "click" in loaded
+
+
+OF_A_POINT_MASS = (
+    "from click.testing import CliRunner\n"
+    "from surefoot.cli import main\n"
+    "from surefoot.control.unified.controller import UnifiedController\n"
+    "step, decided = UnifiedController.step, []\n"
+    "UnifiedController.step = lambda *given: decided.append(1) or step(*given)\n"
+    "done = CliRunner().invoke(main, ['walk', '--duration', '0.2', '--json'])\n"
+    "assert done.exit_code == 0, done.output\n"
+    "assert '\"margin\"' in done.stdout\n"
+)
+
+
+def test_a_walk_of_a_point_mass_loads_nothing_of_bodies_and_decides_once() -> None:
+    printed = "import json, sys; print(json.dumps([len(decided), sorted(sys.modules)]))"
+    code = OF_A_POINT_MASS + printed
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    decided, loaded = json.loads(done.stdout)
+    # 200 cycles, and the instant at their end.
+    assert decided == 201
+    own = {name.removeprefix("surefoot.") for name in loaded if name.startswith("surefoot.")}
+    assert not [name for name in own if name.startswith("worlds.body")]
+    of_bodies = {"trace", "fall", "fall_signs", "measures", "mcap_log", "ros_messages"}
+    assert not own & {f"rollout.{name}" for name in of_bodies}
+    assert not own & {"robot.multibody", "robot.legs", "robot.bumps"}
+    assert not {name.split(".")[0] for name in loaded} & (OPTIONAL - {"click", "rich"})
+    assert len(own) < 100

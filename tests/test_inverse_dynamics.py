@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 import surefoot as sf
 from surefoot.robot.motors import torque_range
 from surefoot.robot.multibody import Multibody
-from surefoot.worlds.body.body_reference import BODY_REFERENCE
+from surefoot.worlds.body.interface import BODY_REFERENCE
 from surefoot.worlds.body.inverse_dynamics import InverseDynamics
 from surefoot.worlds.body.mechanics import Mechanics
 

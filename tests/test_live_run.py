@@ -13,8 +13,9 @@ import pytest
 
 import surefoot as sf
 from surefoot.cli.live import make_walk
-from surefoot.live.run import REMEMBERED, SAMPLING, Choice, LiveRun, Walk
-from surefoot.live.scenes import scenes_of
+from surefoot.live.replay import scenes_of
+from surefoot.live.run import REMEMBERED, SAMPLING, Choice, LiveRun
+from surefoot.worlds.walk import Walk
 
 FORWARD, LEFT = 0.0, 0.5 * math.pi
 WALKING = "Walking: 0.3 m/s forward, a step every 0.50 s."
@@ -65,10 +66,10 @@ def test_a_push_is_told_from_its_start_to_its_end(run: LiveRun) -> None:
 
 def test_what_it_says_of_the_landing_is_true(run: LiveRun) -> None:
     """The words of a moment against the plans before the push and at that moment."""
-    before = run.walk.glimpse().command["step_location"].copy()
+    before = run.walk.snapshot().command["step_location"].copy()
     run.push(FORWARD, 40.0)
     run.advance(0.2)
-    after = run.walk.glimpse().command["step_location"]
+    after = run.walk.snapshot().command["step_location"]
     assert after[0] - before[0] > 0.1
     assert f"{math.dist(before, after):.2f} m further forward" in run.sentence()
 
@@ -87,11 +88,11 @@ def test_directions_are_the_robots_own(
     """Whichever foot stands, and wherever north is."""
     run.steer(sf.Steering((0.3, 0.0), turning=0.5))
     run.advance(5.0)
-    yaw = float(run.walk.glimpse().observation["support_yaw"])
+    yaw = float(run.walk.snapshot().observation["support_yaw"])
     assert yaw > 1.0
     run.push(direction, impulse)
     story = said(run, 0.1)
-    x, y = run.walk.glimpse().force
+    x, y = run.walk.snapshot().force
     assert math.remainder(math.atan2(y, x) - yaw - direction, math.tau) == pytest.approx(0.0)
     story += said(run, 1.5)
     assert f"Pushed {impulse:.0f} N s {towards} (" in story[0]
@@ -106,7 +107,7 @@ def test_a_ghost_is_pushed_too_and_its_fall_is_told() -> None:
     assert run.ghost is not None
     assert run.ghost.fallen
     assert not run.walk.fallen
-    assert run.ghost.glimpse().time < run.walk.time
+    assert run.ghost.snapshot().time < run.walk.time
     pushes = [walk.rollout().pushes for walk in (run.walk, run.ghost)]
     assert pushes[0] == pushes[1] != ()
 
@@ -244,7 +245,7 @@ def test_a_fall_is_told_alike_at_every_heading() -> None:
         run.advance(6.0)
         run.steer(sf.Steering((0.3, 0.0)))
         run.advance(4.0)
-        yaw = float(run.walk.glimpse().observation["support_yaw"])
+        yaw = float(run.walk.snapshot().observation["support_yaw"])
         assert (abs(yaw) > 1.0) == (turning > 0.0)
         run.push(FORWARD, 300.0)
         run.advance(6.0)

@@ -9,7 +9,7 @@ import pytest
 
 import surefoot as sf
 from surefoot.dcm.frame_turn import turned
-from surefoot.dcm.next_landing import viable_landings
+from surefoot.dcm.viability import viable_landings
 from surefoot.interface import COMMAND, OBSERVATION
 from surefoot.record import copy_array
 

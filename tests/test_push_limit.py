@@ -18,11 +18,15 @@ from msgspec import structs
 import surefoot as sf
 from surefoot.dcm.leg import furthest
 from surefoot.dcm.limit_grid import grid_limits, largest_disagreement
-from surefoot.dcm.push_limit import axis_directions, fixed_steps_limit, gait_in_step
+from surefoot.dcm.push_limit import fixed_steps_limit, gait_in_step
+from surefoot.dcm.pushes import DIRECTIONS, push_direction
 from surefoot.dcm.viable_displacement import NODES, viable_displacement
 
 PHASES = (0.0, 0.1, 0.2, 0.3, 0.4)
-WAYS = axis_directions(sf.Side.RIGHT)
+WAYS = {
+    name: push_direction(DIRECTIONS[name], sf.Side.RIGHT)
+    for name in ("forward", "back", "outward", "inward")
+}
 
 
 def with_leg(robot: sf.Robot, speed: float) -> sf.Robot:
@@ -213,7 +217,7 @@ def test_step_timing_stays_below_the_limit_of_a_point_foot(name, velocity, leg_s
     """Its ZMP rests, so it is bound by the point foot; at any velocity, on any leg."""
     robot = sf.load_robot("paper-biped").replace(swing=sf.Swing(max_speed=leg_speed))
     controller = sf.StepTiming(robot, velocity)
-    direction = axis_directions(sf.Side.RIGHT)[name]
+    direction = WAYS[name]
     duration = controller.gait.step_duration
     limit = sf.push_limit(robot, direction, velocity=velocity, elapsed=0.25 * duration).impulse
     failing = sf.smallest_failing_push(controller, direction, start=2.25 * duration).impulse

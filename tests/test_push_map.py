@@ -1,231 +1,322 @@
+"""A push map: its verdicts are those of single walks, of the third step, and of the mirror."""
+
 from __future__ import annotations
 
+import json
 import math
-import re
-from itertools import combinations
+from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import polars
 import pytest
-from matplotlib import rc_context, style
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.colors import to_hex
-from matplotlib.figure import Figure
+from click.testing import CliRunner
 
-from push_comparison import METHODS, PROVENANCE, measured_rows
-from surefoot.errors import FileError, ParameterError
-from surefoot.show import palette
-from surefoot.show.method_marks import mark
-from surefoot.studies.compare.comparison import Comparison, comparison
-from surefoot.studies.compare.fraction_figure import draw_fractions, fraction_figure
-from surefoot.studies.engine.push_map import draw_push_map, push_map_figure
+import surefoot as sf
+from surefoot.cli import main
+from surefoot.dcm.pushes import PUSH
+from surefoot.studies.engine import study
+from surefoot.studies.engine.study import Measured, run
+from surefoot.studies.push_map import measure, question
+from surefoot.studies.push_map.measure import FELL, PER_WALK, RECOVERED, UNSETTLED
+from surefoot.studies.push_map.question import Cell, PushMap
+from surefoot.worlds.point.batch import simulate_batch
+from surefoot.worlds.point.progress import WALK_RESULT
+from surefoot.worlds.point.walks import Walks
 
-
-def measured(directions: int = 8, phases: int = 8, **options: Any) -> Comparison:
-    options = {"speeds": (3.0, math.inf), "durations": (0.2,), **options}
-    return comparison(measured_rows(directions, phases, **options), METHODS, PROVENANCE)
-
-
-def drawn(figure: Figure, pattern: str) -> list[Any]:
-    return figure.findobj(lambda artist: re.fullmatch(pattern, artist.get_gid() or "") is not None)
-
-
-def line(figure: Figure, name: str) -> np.ndarray:
-    (artist,) = drawn(figure, re.escape(name))
-    return artist.get_xydata()
+SMALL: dict[str, Any] = {"directions": 6, "phases": 2, "step": 10.0, "coarse": 40.0}
+TABLE = "push-map.parquet"
 
 
 @pytest.fixture(scope="module")
-def eight() -> tuple[Comparison, Figure]:
-    values = measured()
-    with style.context(["default", palette.STYLE]):
-        figure = push_map_figure(values)
-        figure.draw_without_rendering()
-    return values, figure
+def slow_leg() -> sf.Robot:
+    return sf.load_robot("paper-biped").with_leg(max_speed=3.0)
 
 
-def test_there_is_one_map_for_each_phase(eight: tuple[Comparison, Figure]) -> None:
-    values, figure = eight
-    titles = [ax.get_title(loc="left") for ax in figure.axes]
-    assert titles == [f"phase {phase:.3g}" for phase in values.phases]
-    assert len({ax.get_ylim() for ax in figure.axes}) == 1
+@pytest.fixture(scope="module")
+def hybrid(slow_leg: sf.Robot) -> sf.HybridController:
+    return sf.HybridController(slow_leg, (0.5, 0.0))
 
 
-def test_radii_are_what_was_survived(eight: tuple[Comparison, Figure]) -> None:
-    values, figure = eight
-    for cell in values.select(leg_speed=3.0):
-        points = line(figure, f"{cell.method}-{cell.phase:g}")
-        at = points[np.argmin(np.abs(points[:, 0] - math.radians(cell.angle)))]
-        assert at == pytest.approx((math.radians(cell.angle), cell.survived))
-        ((angle, radius),) = line(figure, f"{cell.method}-{cell.phase:g}-{cell.angle:g}")
-        assert (angle, radius) == pytest.approx((math.radians(cell.angle), cell.survived))
+@pytest.fixture(scope="module")
+def unified(slow_leg: sf.Robot) -> sf.UnifiedController:
+    return sf.UnifiedController(slow_leg, (0.5, 0.0))
 
 
-def test_forward_is_up_and_outward_is_left(eight: tuple[Comparison, Figure]) -> None:
-    _, figure = eight
-    ax = figure.axes[0]
-    centre = ax.transData.transform((0.0, 0.0))
-    ways = {"forward": (0, 1), "outward": (-1, 0), "back": (0, -1), "inward": (1, 0)}
-    for index, (name, way) in enumerate(ways.items()):
-        there = ax.transData.transform((index * math.pi / 2.0, 10.0)) - centre
-        assert there / np.hypot(*there) == pytest.approx(way, abs=1e-9)
-        label = drawn(figure, f"direction-{name}")[0]
-        shift = label.get_window_extent().get_points().mean(axis=0) - centre
-        assert np.dot(shift, way) > 0.9 * np.hypot(*shift)
+@pytest.fixture(scope="module")
+def rows(hybrid: sf.HybridController, tmp_path_factory: pytest.TempPathFactory) -> list[dict]:
+    return walked(PushMap(hybrid, **SMALL), tmp_path_factory.mktemp("small") / "map").rows
 
 
-@pytest.mark.parametrize("directions", [8, 72])
-def test_the_limit_encloses_every_method(directions: int) -> None:
-    values = measured(directions, 2)
-    figure = push_map_figure(values)
-    for phase in values.phases:
-        outer = line(figure, f"limit-finite-{phase:g}")
-        assert len(outer) == directions + 1
-        assert outer[0, 1] == outer[-1, 1]
-        assert (line(figure, f"limit-point-{phase:g}")[:, 1] <= outer[:, 1]).all()
-        for method in values.methods:
-            if drawn(figure, re.escape(f"{method.key}-{phase:g}")):
-                inner = line(figure, f"{method.key}-{phase:g}")[:, 1]
-                assert (inner[np.isfinite(inner)] <= outer[np.isfinite(inner), 1]).all()
+def walked(study: PushMap, folder: Path, **how: Any) -> Measured[PushMap]:
+    """The map, measured in this process."""
+    return run(study, folder, workers=1, **how)
 
 
-def test_four_directions_claim_nothing_in_between() -> None:
-    values = measured(4, 1)
-    figure = push_map_figure(values)
-    assert drawn(figure, "limit-finite-0") == []
-    assert len(drawn(figure, r"limit-finite-0-[\d.]+")) == 4
-    for method in values.methods:
-        (guide,) = drawn(figure, re.escape(f"{method.key}-0"))
-        assert guide.get_linestyle() not in ("-", "solid")
-        assert guide.get_linewidth() < 1.0
-        assert len(drawn(figure, rf"{method.key}-0-[\d.]+")) == 4
-    assert "what the sole adds" not in [text.get_text() for text in figure.legends[0].texts]
+def at(study: PushMap, phase: float) -> list[dict[str, Any]]:
+    """The rows of one phase."""
+    cells = [Cell(phase, angle) for angle in study.angles]
+    rows = study.measure_many(cells)
+    return [study.columns(cell) | row for cell, row in zip(cells, rows, strict=True)]  # type: ignore[operator]
 
 
-def test_what_was_not_measured_is_a_gap_and_is_named(eight: tuple[Comparison, Figure]) -> None:
-    _, figure = eight
-    assert np.isnan(line(figure, "capture_point-0.25")[:, 1]).sum() == 2
-    assert not drawn(figure, r"capture_point-0\.25-(135|180)")
-    assert not np.isnan(line(figure, "capture_point-0.5")).any()
-    assert drawn(figure, r"preview-0\.25") == []
-    (note,) = drawn(figure, r"absent-0\.25")
-    assert note.get_text() == "not measured: Preview control"
-    assert drawn(figure, r"absent-0\.5") == []
+def numbers(rows: list[dict[str, Any]]) -> list[tuple[Any, ...]]:
+    """Rows as values that equal themselves, which NaN does not."""
+    return [tuple(map(repr, row.values())) for row in rows]
 
 
-def test_markers_tell_how_a_push_failed() -> None:
-    values = measured(8, 1)
-    figure = push_map_figure(values, leg_speed=math.inf)
-    kinds = {"fell": 0, "unsettled": 0, "none": 0}
-    for cell in values.select(leg_speed=math.inf):
-        (marker,) = drawn(figure, re.escape(f"{cell.method}-0-{cell.angle:g}"))
-        hollow = to_hex(marker.get_markerfacecolor()) == "#ffffff"
-        assert hollow == (cell.failure == "unsettled")
-        assert bool(drawn(figure, f"{cell.method}-0-{cell.angle:g}-open")) == cell.unbroken
-        kinds[cell.failure] += 1
-    assert min(kinds.values()) > 0
-    legend = [text.get_text() for text in figure.legends[0].texts]
-    assert {"did not settle", "nothing failed so far"} <= set(legend)
+def test_a_walk_of_the_map_is_the_walk_of_simulate(
+    hybrid: sf.HybridController, rows: list[dict[str, Any]]
+) -> None:
+    duration, study = hybrid.gait.step_duration, PushMap(hybrid, **SMALL)
+    for row in rows[::2]:
+        x, y = study.direction(row["angle"])
+        for number in range(0, len(row["impulses"]), 3):
+            force = row["impulses"][number] / 0.2
+            push = sf.Push(row["phase"] * duration, 0.2, (x * force, y * force))
+            walk = sf.simulate(hybrid, push.end + 8.0, [push], first_support=sf.Side.RIGHT)
+            fate = {sf.Outcome.RECOVERED: RECOVERED, sf.Outcome.FELL: FELL}
+            assert row["fate"][number] == fate.get(walk.outcome, UNSETTLED)
 
 
-def test_the_title_says_robot_leg_speed_and_duration(eight: tuple[Comparison, Figure]) -> None:
-    values, figure = eight
-    assert figure.get_suptitle().split("  ·  ") == [
-        "paper-biped", "leg speed 3 m/s", "pushes of 0.2 s",
-    ]  # fmt: skip
-    unlimited = push_map_figure(values, leg_speed=math.inf).get_suptitle()
-    assert "unlimited leg speed" in unlimited
+@pytest.mark.parametrize("name", ["hybrid", "unified"])
+@pytest.mark.parametrize("phase", [0.0, 0.55])
+def test_the_first_step_answers_for_the_third(
+    name: str, phase: float, request: pytest.FixtureRequest
+) -> None:
+    controller = request.getfixturevalue(name)
+    study = PushMap(controller, directions=5, phases=20, step=4.0, coarse=4.0)
+    for row in at(study, phase)[::2]:
+        third = sf.smallest_failing_push(
+            controller,
+            study.direction(row["angle"]),
+            start=(2.0 + phase) * controller.gait.step_duration,
+            step=4.0,
+        )
+        assert row["impulse"] == third.impulse
+        assert (row["failure"] == "fell") == third.fell
 
 
-@pytest.mark.parametrize("shape", [(8, 8), (72, 2), (4, 4), (8, 1), (4, 3)])
-def test_words_of_a_map_do_not_overlap(shape: tuple[int, int]) -> None:
-    with style.context(["default", palette.STYLE]):
-        figure = push_map_figure(measured(*shape))
-        renderer = FigureCanvasAgg(figure).get_renderer()
-        figure.draw(renderer)
-    words = drawn(figure, "direction-.*|absent-.*") + figure.legends[0].get_texts()
-    words += [ax._left_title for ax in figure.axes] + figure.texts
-    boxes = [(text.get_text(), text.get_window_extent(renderer)) for text in words]
-    width, height = figure.get_size_inches() * figure.dpi
-    for text, box in boxes:
-        inside = box.x0 >= 0 and box.y0 >= 0 and box.x1 <= width and box.y1 <= height
-        assert inside, text
-    for (one, first), (two, second) in combinations(boxes, 2):
-        assert not first.padded(-1.0).overlaps(second), (one, two)
+def test_left_is_right_in_the_mirror(
+    hybrid: sf.HybridController, rows: list[dict[str, Any]], tmp_path: Path
+) -> None:
+    left = PushMap(hybrid, **SMALL, support_side=sf.Side.LEFT)
+    assert left.direction(90.0) == (0.0, -1.0)
+    mirrored = walked(left, tmp_path / "map").rows
+    for here, there in zip(rows, mirrored, strict=True):
+        assert here["fate"] == there["fate"]
+        assert here["recovery_steps"] == there["recovery_steps"]
+        assert here["margin"] == pytest.approx(there["margin"], abs=1e-9)
+        assert here["limit"] == pytest.approx(there["limit"], rel=1e-9)
 
 
-MANY = 40
-"""More methods than anybody compares."""
+def test_nothing_above_the_limit_is_survived(unified: sf.UnifiedController) -> None:
+    study = PushMap(unified, directions=8, phases=20, step=20.0)
+    for row in at(study, 0.3):
+        assert row["survived"] <= row["limit"] < row["impulse"]
+        assert 0.0 < row["limit_causal"] <= row["limit"]
+        assert row["fraction"] <= row["fraction_causal"] <= 1.0
+        pushes = np.zeros((6, 1), PUSH)
+        start = 0.3 * unified.gait.step_duration
+        pushes["start"], pushes["end"] = start, start + 0.2
+        above = row["limit"] * np.array([1.005, 1.02, 1.05, 1.1, 1.3, 2.0])
+        pushes["force"][:, 0] = np.outer(above / 0.2, study.direction(row["angle"]))
+        walks = simulate_batch(
+            unified, Walks(pushes=pushes), 9.0, first_support=sf.Side.RIGHT, stop_when_settled=True
+        )
+        assert not walks["settled"].any()
 
 
-def test_every_method_has_a_mark_of_its_own() -> None:
-    marks = [mark(index) for index in range(MANY)]
-    assert len({how.outline for how in marks}) == MANY
-    assert len({(how.colour, how.dashed) for how in marks}) == MANY
-    assert len({(how.dark, how.dashed) for how in marks}) == MANY
+def test_the_fast_way_finds_what_the_full_one_does(
+    hybrid: sf.HybridController, rows: list[dict[str, Any]], tmp_path: Path
+) -> None:
+    full = PushMap(hybrid, **{**SMALL, "coarse": 10.0})
+    every = walked(full, tmp_path / "map").rows
+    for fast, row in zip(rows, every, strict=True):
+        assert fast["impulse"] == row["impulse"]
+        assert row["impulses"] == [10.0 * number for number in range(len(row["impulses"]))]
+        assert row["impulses"][-2] <= row["limit"] < row["impulses"][-1]
+        whole = dict(zip(row["impulses"], row["fate"], strict=True))
+        assert all(whole[j] == f for j, f in zip(fast["impulses"], fast["fate"], strict=True))
+        assert len(fast["impulses"]) < len(row["impulses"])
 
 
-def luminance(colour: str) -> float:
-    parts = [int(colour[i : i + 2], 16) / 255.0 for i in (1, 3, 5)]
-    r, g, b = (p / 12.92 if p <= 0.04045 else ((p + 0.055) / 1.055) ** 2.4 for p in parts)
-    return 0.2126 * r + 0.7152 * g + 0.0722 * b
+def with_holes(survives: Callable[[float], bool]) -> Callable[..., Any]:
+    """In the place of `simulate_batch`: what an impulse does is given."""
+
+    def walk(controller: Any, walks: Walks, **options: Any) -> Any:
+        pushes = walks.push_table()
+        impulses = 0.2 * np.hypot(*pushes["force"][:, 0].T)
+        results = np.zeros(len(pushes), WALK_RESULT)
+        results["settled"] = [survives(round(impulse, 6)) for impulse in impulses]
+        results["fallen"] = ~results["settled"]
+        return results
+
+    return walk
 
 
-@pytest.mark.parametrize("how", [mark(n) for n in range(MANY)], ids=lambda how: how.colour)
-def test_marks_stand_out_from_their_ground(how: Any) -> None:
-    assert 1.05 / (luminance(how.colour) + 0.05) > 3.0
-    assert (luminance(how.dark) + 0.05) / (luminance("#14171a") + 0.05) > 3.0
+@pytest.mark.parametrize(
+    ("coarse", "impulse", "holes"), [(1.0, 13.0, True), (2.0, 13.0, True), (4.0, 40.0, False)]
+)
+def test_a_hole_narrower_than_the_coarse_step_is_missed(
+    hybrid: sf.HybridController, monkeypatch: pytest.MonkeyPatch,
+    coarse: float, impulse: float, holes: bool,
+) -> None:  # fmt: skip
+    monkeypatch.setattr(
+        measure, "simulate_batch", with_holes(lambda j: j < 40.0 and not 13.0 <= j < 15.0)
+    )
+    (row,) = at(PushMap(hybrid, directions=1, phases=1, coarse=coarse), 0.0)
+    assert (row["impulse"], row["holes"] > 0) == (impulse, holes)
+    assert row["survived"] == impulse - 1.0
+    assert row["failure"] == "fell"
 
 
-def test_shares_and_times_are_those_measured() -> None:
-    values = measured()
-    figure = fraction_figure(values)
-    for method in values.methods:
-        for speed in values.leg_speeds:
-            score = values.score(method, values.select(leg_speed=speed))
-            if not score.cells:
-                (word,) = drawn(figure, f"absent-{method.key}-{speed:g}")
-                assert word.get_text() == "not measured"
-                continue
-            assert line(figure, f"mean-{method.key}-{speed:g}")[0, 0] == pytest.approx(
-                100.0 * score.mean
-            )
-            assert line(figure, f"worst-{method.key}-{speed:g}")[0, 0] == pytest.approx(
-                100.0 * score.worst
-            )
-            partial = drawn(figure, f"partial-{method.key}-{speed:g}")
-            assert [text.get_text() for text in partial] == (
-                [] if score.complete else [f"{score.cells} of {score.possible}"]
-            )
-        assert line(figure, f"p50-{method.key}")[0, 0] == method.decision_p50
-        assert line(figure, f"p99.9-{method.key}")[0, 0] == method.decision_p99_9
-    assert figure.axes[-1].get_xscale() == "log"
+def test_a_gait_that_nothing_fells_or_everything_does(
+    hybrid: sf.HybridController, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    study = PushMap(hybrid, directions=1, phases=1, step=10.0)
+    monkeypatch.setattr(measure, "simulate_batch", with_holes(lambda j: True))
+    (row,) = at(study, 0.0)
+    assert (row["impulse"], row["failure"], row["fraction"]) == (math.inf, "none", 1.0)
+    assert row["survived"] == row["scanned"] == row["impulses"][-1]
+    monkeypatch.setattr(measure, "simulate_batch", with_holes(lambda j: False))
+    (row,) = at(study, 0.0)
+    assert (row["impulse"], row["survived"], row["fraction"]) == (0.0, 0.0, 0.0)
 
 
-@pytest.mark.parametrize("ending", [".png", ".pdf", ".svg"])
-def test_the_same_comparison_gives_the_same_bytes(tmp_path: Path, ending: str) -> None:
-    values = measured(4, 2)
-    for draw in (draw_push_map, draw_fractions):
-        draw(values, tmp_path / f"one{ending}")
-        with rc_context({"axes.facecolor": "black", "font.size": 30.0}):
-            draw(values, tmp_path / f"two{ending}")
-        data = (tmp_path / f"one{ending}").read_bytes()
-        assert data == (tmp_path / f"two{ending}").read_bytes()
-        assert not re.search(rb"Date|Creation", data)
+def test_a_map_that_was_stopped_repeats_nothing(
+    hybrid: sf.HybridController, rows: list[dict[str, Any]], tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:  # fmt: skip
+    walked_cells, honest = [], question.measure_cells
+    study = PushMap(hybrid, **SMALL)
+    monkeypatch.setattr(PushMap, "KEEP_EVERY", 0.0)
+
+    def stopped(study: PushMap, cells: Any) -> Any:
+        if walked_cells:
+            raise KeyboardInterrupt
+        return again(study, cells)
+
+    def again(study: PushMap, cells: Any) -> Any:
+        walked_cells.extend(cells)
+        return honest(study, cells)
+
+    monkeypatch.setattr(question, "measure_cells", stopped)
+    with pytest.raises(KeyboardInterrupt):
+        walked(study, tmp_path / "map")
+    assert not (tmp_path / "map" / TABLE).exists()
+    monkeypatch.setattr(question, "measure_cells", again)
+    done: list[tuple[int, int]] = []
+    found = walked(study, tmp_path / "map", report=lambda *so_far: done.append(so_far))
+    assert walked_cells == list(study.cells())
+    assert numbers(found.rows) == numbers(rows)
+    assert done[0] == (6, 12)
+    assert done[-1] == (12, 12)
+    assert done == sorted(done)
+    walked(study, tmp_path / "map")
+    assert walked_cells == list(study.cells())
 
 
-def test_wrong_choices_are_told(tmp_path: Path) -> None:
-    values = measured(4, 1)
-    with pytest.raises(ParameterError, match=r"`leg_speed` that was measured: 3, inf; got 5\.0"):
-        push_map_figure(values, leg_speed=5.0)
-    with pytest.raises(ParameterError, match=r"`push_duration` that was measured: 0\.2; got 0\.5"):
-        draw_push_map(values, tmp_path / "map.png", push_duration=0.5)
-    for draw in (draw_push_map, draw_fractions):
-        with pytest.raises(FileError, match=r"expected a path ending in \.png, \.pdf, \.svg"):
-            draw(values, tmp_path / "map.bmp")
-    assert list(tmp_path.iterdir()) == []
-    rows = measured_rows(4, 1, (3.0,), (0.2,)) + measured_rows(4, 1, (6.0,), (0.4,))
-    apart = comparison(rows, METHODS, PROVENANCE)
-    with pytest.raises(ParameterError, match=r"measured together; got 3 m/s and 0\.4 s; choose"):
-        push_map_figure(apart, 3.0, 0.4)
+def test_the_number_of_workers_changes_nothing(
+    hybrid: sf.HybridController, rows: list[dict[str, Any]], tmp_path: Path
+) -> None:
+    found = run(PushMap(hybrid, **SMALL), tmp_path / "map", workers=2)
+    assert numbers(found.rows) == numbers(rows)
+
+
+def test_the_table_says_where_it_is_from(hybrid: sf.HybridController, tmp_path: Path) -> None:
+    study = PushMap(hybrid, directions=2, phases=1, step=40.0, label="the paper's hybrid")
+    found = walked(study, tmp_path / "map")
+    path = tmp_path / "map" / TABLE
+    about = polars.read_parquet_metadata(path)
+    assert json.loads(about["surefoot.provenance"]) == found.provenance
+    assert json.loads(about["surefoot.grid"]) == study.grid()
+    assert found.provenance["controller"] == "the paper's hybrid"
+    assert "dcm_gain=3.0" in found.provenance["parameters"]
+    walks = polars.read_parquet(path).explode(*PER_WALK)
+    assert len(walks) == sum(len(row["impulses"]) for row in found.rows)
+    with pytest.raises(sf.FileError, match=r"a folder of the same study \(step: 20.0\)"):
+        walked(replace(study, step=20.0, coarse=None), tmp_path / "map")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"directions": 0}, "`directions` as a whole number of at least 1; got 0; 72 is usual"),
+        ({"phases": 2.5}, "`phases` as a whole number"),
+        ({"step": 0.0}, r"`step` above 0 \[N s\]"),
+        ({"push_duration": -0.1}, r"`push_duration` above 0 \[s\]"),
+        ({"coarse": 2.5}, "1 to 200 times the step of 1 N s; got 2.5 N s; give"),
+        ({"coarse": 0.5}, "1 to 200 times the step"),
+        ({"coarse": 300.0}, "1 to 200 times the step"),
+    ],
+)
+def test_pushes_that_make_no_sense(
+    hybrid: sf.HybridController, arguments: dict[str, Any], message: str
+) -> None:
+    with pytest.raises(sf.ParameterError, match=message):
+        PushMap(hybrid, **arguments)
+
+
+def test_nobody_walks_without_workers(hybrid: sf.HybridController, tmp_path: Path) -> None:
+    with pytest.raises(sf.ParameterError, match="a number of workers; got 0"):
+        run(PushMap(hybrid, **SMALL), tmp_path / "map", workers=0)
+
+
+def test_a_leg_that_cannot_keep_up_is_refused(tmp_path: Path, slow_leg: sf.Robot) -> None:
+    crawling = sf.HybridController(slow_leg.with_leg(max_speed=0.3), (0.5, 0.0))
+    with pytest.raises(sf.VelocityError, match="a leg of at least"):
+        walked(PushMap(crawling, **SMALL), tmp_path / "map")
+    assert not (tmp_path / "map").exists()
+
+
+def command(*words: str) -> Any:
+    options = ("--controller", "hybrid", "--directions", "4", "--phases", "2", "--step", "20")
+    return CliRunner().invoke(main, ["push-map", *options, "--workers", "1", *words])
+
+
+def test_the_command_writes_page_table_and_pictures(tmp_path: Path) -> None:
+    done = command("--out", str(tmp_path / "map"), "--leg-speed", "3")
+    assert done.exit_code == 0, done.output
+    names = {"push-map.html", "push-map.md", "push-map.png", "push-map-polar.png", TABLE,
+             "run.json", "shards"}  # fmt: skip
+    assert {path.name for path in (tmp_path / "map").iterdir()} == names
+    assert "forward" in done.output
+    again = command("--out", str(tmp_path / "map"), "--json")
+    assert again.exit_code == 0
+    said = json.loads(again.stdout)
+    assert len(said["cells"]) == said["summary"]["cells"] == 8
+    assert said["walks"] == said["summary"]["walks"]
+    other = command("--out", str(tmp_path / "map"), "--leg-speed", "2.5")
+    assert other.exit_code == 2
+    assert "choose another folder, or delete this one" in other.stderr
+
+
+def test_the_command_that_is_stopped_says_what_is_kept(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def stopped(*arguments: Any, **options: Any) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(study, "measure_missing", stopped)
+    done = command("--out", str(tmp_path / "map"))
+    assert done.exit_code == 130
+    assert "the same command goes on there" in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("--full", "--coarse", "40"), "expected `--coarse` or `--full`; got both"),
+        (("--workers", "0"), "a number of workers; got 0"),
+        (("--controller", "luck"), "a method ("),
+        (("--coarse", "30"), "`coarse` as 1 to 200 times the step of 20 N s; got 30 N s"),
+        (("--leg-speed", "1"), "a leg of at least"),
+    ],
+)
+def test_a_command_that_is_wrong(words: tuple[str, ...], message: str, tmp_path: Path) -> None:
+    done = command("--out", str(tmp_path / "map"), *words)
+    assert done.exit_code == 2
+    assert message in done.stderr

@@ -10,8 +10,9 @@ import pytest
 from msgspec import structs
 
 import surefoot as sf
-from surefoot.dcm.push_limit import eight_directions, gait_in_step
+from surefoot.dcm.push_limit import gait_in_step
 from surefoot.dcm.pushed_step import PushedStep
+from surefoot.dcm.pushes import eight_directions
 
 WAYS = eight_directions(sf.Side.RIGHT)
 CASES = [

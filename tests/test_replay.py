@@ -11,9 +11,9 @@ from click.testing import CliRunner
 
 import surefoot as sf
 from surefoot.cli import main
-from surefoot.live.sample import SAMPLING
-from surefoot.live.scenes import Scenes, scenes_of
-from surefoot.rollout.snapshot import glimpse_of
+from surefoot.live.replay import Scenes, scenes_of
+from surefoot.live.story import SAMPLING
+from surefoot.rollout.snapshot import snapshot_of
 
 PUSH = sf.Push(1.1, 0.2, (176.0, 0.0))
 
@@ -75,12 +75,12 @@ def test_a_fall_is_told_with_its_limit() -> None:
 
 def test_a_glimpse_is_a_row_of_the_walk(walk: sf.Rollout) -> None:
     cycle = int(np.searchsorted(walk.time, 1.2))
-    glimpse = glimpse_of(walk, cycle)
-    assert glimpse.time == walk.time[cycle]
-    assert glimpse.force == PUSH.force
-    assert np.array_equal(glimpse.observation["dcm"], walk.dcm[cycle])
-    carrying = 0 if glimpse.support is sf.Side.LEFT else 1
-    assert np.array_equal(glimpse.soles()[carrying, :2], walk.support_foot[cycle])
+    snapshot = snapshot_of(walk, cycle)
+    assert snapshot.time == walk.time[cycle]
+    assert snapshot.force == PUSH.force
+    assert np.array_equal(snapshot.observation["dcm"], walk.dcm[cycle])
+    carrying = 0 if snapshot.support is sf.Side.LEFT else 1
+    assert np.array_equal(snapshot.soles()[carrying, :2], walk.support_foot[cycle])
 
 
 def test_one_file_plays_without_a_network(saved: Path, tmp_path: Path) -> None:

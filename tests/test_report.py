@@ -52,7 +52,8 @@ REPORT = Report(
         Text(f"A heavier robot falls later. {NASTY}"),
         WIDE,
         Figure("pictures/falls.png", "When each of them fell.", drawn),
-        Figure("times.png", "Times differ from run to run", drawn, embedded=False),
+        Figure("times.png", "Times differ from run to run", drawn, page="link"),
+        Figure("drawn.png", "The page draws this itself.", drawn, page="none"),
         Interactive("<p id='live'></p>", {"end": float("inf"), "x": NASTY}, ["let a = 1 < 2;"]),
         Details("Provenance", [word_table(("what", "value"), {"date": "today"})], folded=True),
     ),
@@ -72,10 +73,25 @@ def test_the_terminal_shows_every_number_whatever_its_width(width: int) -> None:
     for row in WIDE.rows:
         for value in row[2:]:
             assert any(value in line for line in lines)
-    assert all(any(heading in line for line in lines) for heading in WIDE.columns[2:])
+    for number in range(7):
+        heads = (f"direction {number}", f"{number} [N s]")
+        assert any(head in line for line in lines for head in heads)
+    assert any("[N s]" in line for line in lines)
     # Every piece begins with the name of its rows.
-    heads = sum(line.startswith("method ") and "direction" in line for line in lines)
+    heads = sum(re.match(r"method +(?!\d)", line) is not None for line in lines)
     assert (heads > 1) == (width < 200)
+
+
+def test_every_piece_of_a_wide_table_begins_with_what_names_a_row() -> None:
+    numbers = tuple(f"{10 * number}" for number in range(12))
+    rows = [("here", "now", *numbers), ("here", "then", *numbers)]
+    columns = ("where", "when", *(f"column {number}" for number in range(12)))
+    said = io.StringIO()
+    shown = Report("wide", "Wide", (), [Table("", "", columns, rows, names=2)])
+    shown.print(Console(file=said, width=60))
+    lines = [line for line in said.getvalue().splitlines() if line.startswith(("here", "where"))]
+    assert len(lines) >= 6
+    assert all(line.split()[1] in ("when", "now", "then") for line in lines)
 
 
 def test_every_word_is_in_all_three_forms() -> None:
@@ -102,6 +118,13 @@ def test_numbers_stand_to_the_right() -> None:
     assert '<td class="number">&gt; 30</td>' in Report("r", "R", (), (table,)).html()
 
 
+def test_what_is_alarming_has_a_colour_of_its_own() -> None:
+    verdicts = [("Fig. 4", "reproduced"), ("Fig. 5", "not reproduced")]
+    table = Table("", "", ("where", "verdict"), verdicts, alarming=("not reproduced",))
+    page = Report("claims", "Claims", (), (table,)).html()
+    assert re.findall(r'<td class="alarm">([^<]*)</td>', page) == ["not reproduced"]
+
+
 def test_a_page_loads_nothing_and_says_so() -> None:
     page = REPORT.html()
     assert not re.search(r"""(?:src|href)=["'](?!data:|times\.png|protocol\.md)""", page)
@@ -126,13 +149,18 @@ def test_data_cannot_end_the_element_it_stands_in() -> None:
 def test_the_same_report_is_the_same_bytes(tmp_path: Path) -> None:
     first, second = (REPORT.write(tmp_path / name) for name in ("one", "two"))
     assert [str(path.relative_to(tmp_path / "one")) for path in first] == [
-        "falls.html", "falls.md", "pictures/falls.png", "times.png",
+        "falls.html", "falls.md", "pictures/falls.png", "times.png", "drawn.png",
     ]  # fmt: skip
     for one, two in zip(first, second, strict=True):
         assert one.read_bytes() == two.read_bytes()
     text = first[1].read_text()
     assert "![When each of them fell.](pictures/falls.png)" in text
     assert "[times.png](times.png)" in text
+    assert "![The page draws this itself.](drawn.png)" in text
+    page = first[0].read_text()
+    assert page.count("<img") == 1
+    assert '<a href="times.png">' in page
+    assert "draws this itself" not in page
 
 
 def test_a_folder_that_cannot_be_written_is_told(tmp_path: Path) -> None:

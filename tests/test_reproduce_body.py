@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import astuple, replace
+from html import escape
 from pathlib import Path
 
 import numpy as np
@@ -11,10 +12,8 @@ from click.testing import CliRunner
 
 import surefoot as sf
 from surefoot.cli import main
-from surefoot.studies.reproduce import paper_body
-from surefoot.studies.reproduce.claim import NOT_REPRODUCED, REPRODUCED
-from surefoot.studies.reproduce.command import body_report
-from surefoot.studies.reproduce.paper_body import (
+from surefoot.studies.reproduce import body
+from surefoot.studies.reproduce.body import (
     IN_PART,
     PAPER_PUSHES,
     BodyAnswer,
@@ -23,7 +22,8 @@ from surefoot.studies.reproduce.paper_body import (
     paper_push_answers,
     step_rows,
 )
-from surefoot.studies.reproduce.paper_report import write_paper_report
+from surefoot.studies.reproduce.question import NOT_REPRODUCED, REPRODUCED
+from surefoot.studies.reproduce.show import body_report
 
 FORWARD, HEADLINE = PAPER_PUSHES[0], PAPER_PUSHES[-2]
 
@@ -45,7 +45,7 @@ def answers(robot: sf.Robot) -> list[BodyAnswer]:
 
 def test_pushes_are_those_of_the_paper() -> None:
     assert [push.impulse for push in PAPER_PUSHES] == [35.2] * 3 + [70.56, 58.8, 58.8, 82.32, 85.0]
-    assert {push.direction for push in PAPER_PUSHES} == {"forward", "stance side", "swing side"}
+    assert {push.direction for push in PAPER_PUSHES} == {"forward", "inward", "outward"}
 
 
 def test_the_push_comes_in_the_paper_s_phase(answers: list[BodyAnswer]) -> None:
@@ -85,7 +85,7 @@ def test_a_fall_is_not_reproduced(answers: list[BodyAnswer]) -> None:
 def test_the_command_writes_the_report(
     answers: list[BodyAnswer], tmp_path: Path, monkeypatch
 ) -> None:
-    monkeypatch.setattr(paper_body, "paper_push_answers", lambda robot: answers)
+    monkeypatch.setattr(body, "paper_push_answers", lambda robot, report: answers)
     asked = ["reproduce", "--simulator", "mujoco", "--out", str(tmp_path / "out")]
     result = CliRunner().invoke(main, asked)
     assert result.exit_code == 0, result.output
@@ -97,13 +97,15 @@ def test_the_report_has_every_push_and_its_picture(
     robot: sf.Robot, answers: list[BodyAnswer], tmp_path: Path
 ) -> None:
     report = body_report(robot, answers)
-    assert len(report.pictures) == 2
-    files = write_paper_report(report, tmp_path)
+    assert len(report.pictures()) == 2
+    files = report.write(tmp_path)
     assert [file.name for file in files[:2]] == ["paper_body.html", "paper_body.md"]
-    text = files[1].read_text("utf-8")
+    page, text = (file.read_text("utf-8") for file in files[:2])
     assert "# The paper's pushes on a body" in text
     assert "surefoot reproduce --simulator mujoco" in text
-    for claim in report.claims:
-        assert all(words.strip() for words in claim)
-        assert claim[3] in text
+    for claim in map(body_claim, answers):
+        assert all(words.strip() for words in astuple(claim))
+        for words in astuple(claim):
+            assert words in text
+            assert escape(words) in page.replace("&#39;", "&#x27;")
     assert len(step_rows(answers)) == 12

@@ -9,10 +9,11 @@ import pytest
 
 import surefoot as sf
 from surefoot.geometry import rotated_by
-from surefoot.rollout.snapshot import Glimpse, glimpse_of
+from surefoot.rollout.snapshot import Snapshot, snapshot_of
 from surefoot.rollout.trace import MEASURED
-from surefoot.worlds.body.steered import SteeredBody
-from surefoot.worlds.point.steered import SteeredPoint
+from surefoot.worlds.body.world import BodyWorld
+from surefoot.worlds.point.world import PointWorld
+from surefoot.worlds.walk import Walk
 
 PUSH = sf.Push(1.1, 0.2, (176.0, 30.0))
 BODY_PUSH = sf.Push(1.5, 0.2, (100.0, 0.0))
@@ -24,11 +25,11 @@ def controller(robot: sf.Robot) -> sf.UnifiedController:
 
 
 @pytest.fixture
-def walk(controller: sf.UnifiedController) -> SteeredPoint:
-    return SteeredPoint(controller)
+def walk(controller: sf.UnifiedController) -> Walk[PointWorld]:
+    return Walk(PointWorld(controller))
 
 
-def go(walk: SteeredPoint | SteeredBody, until: float) -> None:
+def go(walk: Walk, until: float) -> None:
     while walk.time < until - 1e-9 and not walk.fallen:
         walk.step()
 
@@ -41,8 +42,10 @@ def assert_same_cycles(one: sf.Rollout, other: sf.Rollout, rows: slice = slice(N
     assert one.seen[rows].tobytes() == other.seen[rows].tobytes()
 
 
-def test_it_is_the_walk_of_simulate(controller: sf.UnifiedController, walk: SteeredPoint) -> None:
-    """Push and change of velocity are known beforehand there, and told on the way here."""
+def test_it_is_the_walk_of_simulate(
+    controller: sf.UnifiedController, walk: Walk[PointWorld]
+) -> None:
+    """Push and change of velocity are known beforehand there, and given on the way here."""
     changes = [(2.0, (0.5, 0.1)), (3.0, (0.0, 0.0))]
     whole = sf.simulate(controller, 4.0, [PUSH], velocity_changes=changes)
     go(walk, 0.5)
@@ -59,20 +62,20 @@ def test_it_is_the_walk_of_simulate(controller: sf.UnifiedController, walk: Stee
     assert live.outcome is whole.outcome
 
 
-def test_a_push_of_the_past_acts_from_now_on(walk: SteeredPoint) -> None:
+def test_a_push_of_the_past_acts_from_now_on(walk: Walk[PointWorld]) -> None:
     go(walk, 1.0)
-    before = walk.glimpse().observation["com_velocity"].copy()
+    before = walk.snapshot().observation["com_velocity"].copy()
     walk.push(sf.Push(0.9, 0.15, (400.0, 0.0)))
-    assert walk.glimpse().force == (400.0, 0.0)
+    assert walk.snapshot().force == (400.0, 0.0)
     go(walk, 1.05)
     walk.step()
-    faster = walk.glimpse().observation["com_velocity"] - before
+    faster = walk.snapshot().observation["com_velocity"] - before
     # 50 ms of the 150 are left; the pendulum's own acceleration is the rest.
     assert faster[0] == pytest.approx(400.0 * 0.05 / walk.robot.mass, abs=0.1)
-    assert walk.glimpse().force == (0.0, 0.0)
+    assert walk.snapshot().force == (0.0, 0.0)
 
 
-def test_what_cannot_be_walked_leaves_it_walking(walk: SteeredPoint) -> None:
+def test_what_cannot_be_walked_leaves_it_walking(walk: Walk[PointWorld]) -> None:
     go(walk, 1.0)
     with pytest.raises(sf.VelocityError):
         walk.steer(sf.Steering((3.0, 0.0)))
@@ -82,12 +85,12 @@ def test_what_cannot_be_walked_leaves_it_walking(walk: SteeredPoint) -> None:
     assert walk.rollout().outcome is sf.Outcome.WALKED
 
 
-def test_a_stand_is_a_walk_in_place(walk: SteeredPoint) -> None:
+def test_a_stand_is_a_walk_in_place(walk: Walk[PointWorld]) -> None:
     walk.steer(sf.Steering((0.3, 0.0), standing=True))
     assert walk.controller.gait.velocity == (0.0, 0.0)
 
 
-def test_it_turns_by_its_rate_and_walks_on(walk: SteeredPoint) -> None:
+def test_it_turns_by_its_rate_and_walks_on(walk: Walk[PointWorld]) -> None:
     walk.steer(sf.Steering((0.3, 0.0), turning=0.3))
     go(walk, 20.0)
     rollout, turn = walk.rollout(), 0.3 * walk.controller.gait.step_duration
@@ -104,7 +107,7 @@ def test_it_turns_by_its_rate_and_walks_on(walk: SteeredPoint) -> None:
     assert steps[20:].mean(axis=0)[0] == pytest.approx(0.3 * turn / 0.3, abs=0.03)
 
 
-def test_a_turning_walk_survives_a_push(walk: SteeredPoint) -> None:
+def test_a_turning_walk_survives_a_push(walk: Walk[PointWorld]) -> None:
     walk.steer(sf.Steering((0.3, 0.0), turning=0.5))
     walk.push(sf.Push(3.1, 0.2, (200.0, 0.0)))
     go(walk, 12.0)
@@ -117,7 +120,7 @@ def test_turning_left_mirrors_turning_right(robot: sf.Robot, key: str) -> None:
     make = {"unified": sf.UnifiedController, "hybrid": sf.HybridController}[key]
     seen = []
     for sign, first in ((1.0, sf.Side.LEFT), (-1.0, sf.Side.RIGHT)):
-        walk = SteeredPoint(make(robot, (0.3, 0.0)), first_support=first)
+        walk = Walk(PointWorld(make(robot, (0.3, 0.0)), first_support=first))
         walk.steer(sf.Steering((0.3, sign * 0.1), turning=sign * 0.4))
         walk.push(sf.Push(2.3, 0.2, (100.0, sign * 80.0)))
         go(walk, 5.0)
@@ -130,9 +133,9 @@ def test_turning_left_mirrors_turning_right(robot: sf.Robot, key: str) -> None:
     assert (left["support_side"] == -right["support_side"]).all()
 
 
-def test_only_the_end_is_kept(controller: sf.UnifiedController, walk: SteeredPoint) -> None:
+def test_only_the_end_is_retained(controller: sf.UnifiedController, walk: Walk[PointWorld]) -> None:
     """With the pushes of it, and the velocity that held when it began."""
-    short = SteeredPoint(controller, kept=1.0)
+    short = Walk(PointWorld(controller, retained=1.0))
     late = sf.Push(3.5, 0.2, (50.0, 0.0))
     for one in (short, walk):
         one.push(PUSH)
@@ -150,15 +153,15 @@ def test_only_the_end_is_kept(controller: sf.UnifiedController, walk: SteeredPoi
     assert end.footsteps[-1].landing == pytest.approx(whole.footsteps[-1].landing)
 
 
-def test_a_glimpse_is_a_row_of_the_walk(walk: SteeredPoint) -> None:
+def test_a_snapshot_is_a_row_of_the_walk(walk: Walk[PointWorld]) -> None:
     walk.push(PUSH)
     go(walk, 1.2)
-    now, later = walk.glimpse(), glimpse_of(walk.rollout(), -1)
-    assert_same_glimpse(now, later)
+    now, later = walk.snapshot(), snapshot_of(walk.rollout(), -1)
+    assert_same_snapshot(now, later)
     assert now.force == PUSH.force
 
 
-def assert_same_glimpse(one: Glimpse, other: Glimpse) -> None:
+def assert_same_snapshot(one: Snapshot, other: Snapshot) -> None:
     assert one.observation.tobytes() == other.observation.tobytes()
     assert one.command.tobytes() == other.command.tobytes()
     assert (one.com_height, one.force, one.both_feet) == (
@@ -171,11 +174,11 @@ def assert_same_glimpse(one: Glimpse, other: Glimpse) -> None:
 
 
 def test_nothing_is_seen_before_the_first_cycle(
-    walk: SteeredPoint, body_control: sf.BodyControl
+    walk: Walk[PointWorld], body_control: sf.BodyControl
 ) -> None:
-    for one in (walk, SteeredBody(body_control)):
+    for one in (walk, Walk(BodyWorld(body_control))):
         with pytest.raises(IndexError):
-            one.glimpse()
+            one.snapshot()
 
 
 @pytest.fixture(scope="module")
@@ -185,28 +188,28 @@ def body_walk(body_control: sf.BodyControl) -> sf.Rollout:
     return sf.simulate_body(body_control, 2.4, [BODY_PUSH], steering=steering, noise=sf.BodyNoise())
 
 
-def steered_body(control: sf.BodyControl, kept: float) -> SteeredBody:
-    """The same, told on the way."""
+def steered_body(control: sf.BodyControl, retained: float) -> Walk[BodyWorld]:
+    """The same, given on the way."""
     estimator = sf.BodyEstimator(control.multibody)
-    walk = SteeredBody(control, noise=sf.BodyNoise(), estimator=estimator, kept=kept)
+    walk = Walk(BodyWorld(control, noise=sf.BodyNoise(), estimator=estimator, retained=retained))
     go(walk, 1.2)
     walk.steer(sf.Steering((0.3, 0.0), turning=0.3))
     walk.push(BODY_PUSH)
-    while walk.cycles < 2401:
+    while walk.world.cycles < 2401:
         walk.step()
     return walk
 
 
-@pytest.mark.parametrize("kept", [60.0, 0.7], ids=["all", "the end"])
+@pytest.mark.parametrize("retained", [60.0, 0.7], ids=["all", "the end"])
 def test_a_body_is_that_of_simulate_body(
-    body_control: sf.BodyControl, body_walk: sf.Rollout, kept: float
+    body_control: sf.BodyControl, body_walk: sf.Rollout, retained: float
 ) -> None:
-    live = steered_body(body_control, kept).rollout()
-    assert len(live.time) == min(round(1000 * kept), 2401)
+    live = steered_body(body_control, retained).rollout()
+    assert len(live.time) == min(round(1000 * retained), 2401)
     # Speeds of the feet are differences: those of a first row are one-sided.
-    rows = slice(1 - min(round(1000 * kept), 2401), None)
+    rows = slice(1 - min(round(1000 * retained), 2401), None)
     assert_same_cycles(live, body_walk, rows)
-    # What was over before the first row that is kept is not of this rollout.
+    # What was over before the first row that is retained is not of this rollout.
     assert live.pushes == ((BODY_PUSH,) if BODY_PUSH.end > live.time[0] else ())
     assert live.velocities[0][0] == live.time[0]
     assert live.body is not None
@@ -217,19 +220,73 @@ def test_a_body_is_that_of_simulate_body(
             assert ours[rows].tobytes() == theirs[rows].tobytes(), field.name
 
 
-def test_a_body_is_seen_as_it_is_kept(body_control: sf.BodyControl) -> None:
+def test_a_snapshot_of_a_body_is_a_row_of_the_walk(body_control: sf.BodyControl) -> None:
     walk = steered_body(body_control, 0.7)
-    rollout, now = walk.rollout(), walk.glimpse()
-    assert_same_glimpse(now, glimpse_of(rollout, -1))
+    rollout, now = walk.rollout(), walk.snapshot()
+    assert_same_snapshot(now, snapshot_of(rollout, -1))
     assert now.position is not None
-    assert now.position == pytest.approx(glimpse_of(rollout, -1).position)
+    assert now.position == pytest.approx(snapshot_of(rollout, -1).position)
     assert now.time == pytest.approx(2.4)
 
 
 def test_a_body_cannot_be_steered_faster_than_it_walks(body_control: sf.BodyControl) -> None:
-    walk = SteeredBody(body_control)
+    walk = Walk(BodyWorld(body_control))
     with pytest.raises(sf.VelocityError):
         walk.steer(sf.Steering((5.0, 0.0)))
     go(walk, 0.5)
     assert walk.steering == sf.Steering((0.3, 0.0))
     assert not walk.fallen
+
+
+@pytest.mark.parametrize("world", ["point", "body"])
+def test_a_fork_walks_as_the_walk_itself_would(
+    world: str, controller: sf.UnifiedController, body_control: sf.BodyControl
+) -> None:
+    """A walk pushed after it was forked is the walk that was pushed; its parent does not notice."""
+    push = sf.Push(1.6, 0.2, (90.0, 20.0))
+
+    def begin() -> Walk:
+        if world == "point":
+            return Walk(PointWorld(controller, disturbance=sf.Disturbance(dcm_noise=0.001)))
+        estimator = sf.BodyEstimator(body_control.multibody)
+        control = body_control.fresh()
+        return Walk(BodyWorld(control, noise=sf.BodyNoise(), estimator=estimator))
+
+    whole, parent = begin(), begin()
+    whole.push(push)
+    go(whole, 2.2)
+    go(parent, 1.6)
+    fork, brief = parent.fork(), parent.fork(recorded=False)
+    for one in (fork, brief):
+        one.push(push)
+        go(one, 2.2)
+    assert parent.time == pytest.approx(1.6, abs=2e-3)
+    assert parent.world.pushes == ()
+    assert_same_cycles(fork.rollout(), whole.rollout())
+    assert fork.rollout().pushes == (push,)
+    with pytest.raises(IndexError):
+        brief.snapshot()
+    assert brief.world.state.command == whole.world.state.command if world == "body" else (
+        brief.world.command == whole.world.command
+    )  # fmt: skip
+    # The parent goes on as if nobody had been pushed.
+    usual = begin()
+    for one in (usual, parent):
+        go(one, 2.2)
+    assert_same_cycles(parent.rollout(), usual.rollout())
+
+
+def test_a_plan_is_given_up_for_a_command(controller: sf.UnifiedController) -> None:
+    plan = [(0.5, sf.Steering((0.1, 0.0))), (1.5, sf.Steering((0.0, 0.0)))]
+    walk = Walk(PointWorld(controller), plan=plan)
+    walk.run(1.0)
+    assert walk.steering == plan[0][1]
+    walk.steer(sf.Steering((0.2, 0.0)))
+    walk.run(2.0)
+    assert walk.steering == sf.Steering((0.2, 0.0))
+
+
+def test_a_watch_is_called_once_for_every_row(controller: sf.UnifiedController) -> None:
+    watched: list[sf.Command] = []
+    walk = sf.simulate(controller, 0.8, watch=lambda world: watched.append(world.command))
+    assert [one.array.tobytes() for one in watched] == [row.tobytes() for row in walk.commands]

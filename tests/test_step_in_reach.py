@@ -8,16 +8,15 @@ import numpy as np
 import pytest
 
 import surefoot as sf
-from surefoot.dcm.leg import furthest
+from surefoot.dcm.leg import furthest, reachable_interval
 from surefoot.dcm.step_in_reach import (
     HALVINGS,
     LOST_WEIGHT,
     PARTS,
-    reachable_box,
     saved_by,
     solve_step_in_reach,
 )
-from surefoot.dcm.step_problem import STEP_SOLUTION, StepProblem
+from surefoot.dcm.step_problem import StepProblem, StepSolution
 from surefoot.dcm.step_solver import MAX_ITERATIONS
 from surefoot.record import new_array
 
@@ -52,10 +51,10 @@ class Moment:
         assert len(swung) == 2
 
     def solve(self) -> np.void:
-        solution = new_array(STEP_SOLUTION)
+        solution = new_array(StepSolution.DTYPE)
         solve_step_in_reach(
-            self.problem.array[0], saved_by(self.robot)[0], float(self.side), self.growth[0],
-            self.growth[1], self.now, self.foot, self.leg, solution[0],
+            self.problem.array[0], saved_by(self.robot).array[0], float(self.side),
+            tuple(self.growth), self.now, self.foot, self.leg, solution[0],
         )  # fmt: skip
         return solution[0]
 
@@ -63,9 +62,9 @@ class Moment:
         """What is in reach of step box and leg when the step has lasted so long."""
         left, boxes = max(time - self.now, 0.0), []
         for i in range(2):
-            low, high, _, _ = reachable_box(
+            low, high, _, _ = reachable_interval(
                 self.problem.step_min[i], self.problem.step_max[i], self.foot[i],
-                self.foot[2 + i], left, *self.leg[:2],
+                self.foot[2 + i], left, *self.leg[:2], 0.0,
             )  # fmt: skip
             boxes.append((low, high))
         return boxes
@@ -73,7 +72,7 @@ class Moment:
     def cost(self, time: float, step) -> float:
         """Of a landing, term by term, beside what the solver's own code says."""
         p, tau = self.problem, math.exp(self.omega * time)
-        total, tables = p.tau_weight * (tau - p.nominal_tau) ** 2, saved_by(self.robot)[0]
+        total, tables = p.tau_weight * (tau - p.nominal_tau) ** 2, saved_by(self.robot)
         for i in range(2):
             d = self.growth[i] * tau - step[i]
             total += p.step_weight[i] * (step[i] - p.nominal_step[i]) ** 2
@@ -81,11 +80,11 @@ class Moment:
             outside = max(0.0, p.offset_min[i] - d, d - p.offset_max[i])
             total += p.offset_penalty * outside**2
             sign = 1 if i == 0 else int(self.side)
-            nodes = tables["low"][i] + tables["spacing"][i] * np.arange(101)
+            nodes = tables.low[i] + tables.spacing[i] * np.arange(101)
             for way in (1, -1):
                 # Across, ahead of this step is inward of the next one.
                 row = {(0, 1): 0, (0, -1): 1, (1, 1): 1, (1, -1): 0}[i, way]
-                saved = float(np.interp(sign * step[i], nodes, tables["worth"][i, row]))
+                saved = float(np.interp(sign * step[i], nodes, tables.values[i, row]))
                 saved = max(saved, way * sign * p.nominal_offset[i])
                 lost = max(0.0, way * sign * d - saved)
                 heavy = LOST_WEIGHT * max(p.offset_penalty, p.offset_weight[i])
@@ -94,15 +93,17 @@ class Moment:
 
 
 def test_what_is_in_reach_is_what_the_leg_says() -> None:
-    low, high, low_rate, high_rate = reachable_box(-0.5, 0.5, 0.1, 0.4, 0.05, 3.0, 60.0)
+    low, high, low_rate, high_rate = reachable_interval(-0.5, 0.5, 0.1, 0.4, 0.05, 3.0, 60.0, 0.0)
     assert high == pytest.approx(0.1 + furthest(0.4, 0.05, 3.0, 60.0))
     assert low == pytest.approx(0.1 - furthest(-0.4, 0.05, 3.0, 60.0))
-    longer = reachable_box(-0.5, 0.5, 0.1, 0.4, 0.05 + 1e-7, 3.0, 60.0)
+    longer = reachable_interval(-0.5, 0.5, 0.1, 0.4, 0.05 + 1e-7, 3.0, 60.0, 0.0)
     assert (longer[0] - low) / 1e-7 == pytest.approx(low_rate, abs=1e-4)
     assert (longer[1] - high) / 1e-7 == pytest.approx(high_rate, abs=1e-4)
-    assert reachable_box(-0.5, 0.5, 0.1, 0.0, 9.0, 3.0, 60.0) == (-0.5, 0.5, 0.0, 0.0)
+    everything = reachable_interval(-0.5, 0.5, 0.1, 0.0, 9.0, 3.0, 60.0, 0.0)
+    assert everything == (-0.5, 0.5, 0.0, 0.0)
     # Out of the box and out of reach of it: the nearest place.
-    assert reachable_box(0.0, 0.5, -0.4, 0.0, 0.1, 3.0, math.inf)[:2] == pytest.approx((-0.1, -0.1))
+    nearest = reachable_interval(0.0, 0.5, -0.4, 0.0, 0.1, 3.0, math.inf, 0.0)
+    assert nearest[:2] == pytest.approx((-0.1, -0.1))
 
 
 def test_the_landing_is_in_reach_and_none_is_better(robot: sf.Robot) -> None:

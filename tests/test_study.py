@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import os
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -14,6 +15,7 @@ import pytest
 
 import surefoot as sf
 from surefoot.studies.engine.study import Study, run
+from surefoot.studies.engine.table import Shards
 
 
 @dataclass(frozen=True)
@@ -126,6 +128,17 @@ def test_cells_that_are_the_same_are_measured_once(robot: sf.Robot, tmp_path: Pa
     assert measured(robot) == [1, 5]
 
 
+def test_a_column_that_was_added_later_has_its_default(robot: sf.Robot, tmp_path: Path) -> None:
+    found = run(Squares(robot), tmp_path / "out", workers=1)
+    for path in (tmp_path / "out" / "shards").iterdir():
+        path.unlink()
+    common = json.loads((tmp_path / "out" / "run.json").read_text())
+    older = [{name: value for name, value in row.items() if name != "share"} for row in found.rows]
+    Shards(tmp_path / "out", common).add(older)
+    assert run(Squares(robot), tmp_path / "out", workers=1).rows == older
+    assert measured(robot) == [1, 2, 4]
+
+
 def test_a_folder_of_other_questions_is_refused(robot: sf.Robot, tmp_path: Path) -> None:
     run(Squares(robot), tmp_path / "out", workers=1)
     with pytest.raises(sf.FileError, match=r"same study \(robot.*choose another folder"):
@@ -138,3 +151,41 @@ def test_processes_measure_the_same(robot: sf.Robot, tmp_path: Path) -> None:
     one, two = (run(study, tmp_path / f"{count}", workers=count) for count in (1, 2))
     assert one.rows == two.rows
     assert [failure.cell for failure in two.failures] == [Cell(3)]
+
+
+def test_two_studies_add_to_one_table(tmp_path) -> None:
+    """And a shard that was taken away is not written over."""
+    first, second = (Shards(tmp_path / "table", {"what": "numbers"}) for _ in range(2))
+    for number, shards in enumerate([first, second, first]):
+        shards.add([{"number": number}])
+    files = sorted((tmp_path / "table" / "shards").iterdir())
+    assert len(files) == 3
+    files[1].unlink()
+    first.add([{"number": 3}])
+    assert {row["number"] for row in Shards(tmp_path / "table", {"what": "numbers"}).rows} == {
+        0,
+        2,
+        3,
+    }
+
+
+def test_a_full_disk_is_told_and_leaves_no_litter(tmp_path, monkeypatch) -> None:
+    shards = Shards(tmp_path / "table", {"what": "numbers"})
+
+    def full(*_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(os, "replace", full)
+    with pytest.raises(sf.FileError, match=r"No space left .* free some space"):
+        shards.add([{"number": 1}])
+    assert list((tmp_path / "table" / "shards").iterdir()) == []
+
+
+def test_a_broken_shard_is_named(tmp_path: Path) -> None:
+    Shards(tmp_path / "table", {})
+    (tmp_path / "table" / "shards" / "000000.parquet").write_bytes(b"PAR1 not really")
+    with pytest.raises(sf.FileError, match=r"000000\.parquet.*delete that file"):
+        Shards(tmp_path / "table", {})
+    (tmp_path / "table" / "run.json").write_text("{")
+    with pytest.raises(sf.FileError, match=r"run\.json.*delete it and its shards"):
+        Shards(tmp_path / "table", {})

@@ -19,13 +19,13 @@ from click.testing import CliRunner
 
 import surefoot as sf
 from surefoot.cli import main
-from surefoot.studies.engine.workers import Cluster, Processes
-from surefoot.studies.sweep import sweep
-from surefoot.studies.sweep.sweep import run_sweep
-from surefoot.studies.sweep.sweep_cell import measure_cells
-from surefoot.studies.sweep.sweep_parameters import known_parameters, situation
-from surefoot.studies.sweep.sweep_sampling import sweep_cells
-from surefoot.studies.sweep.sweep_study import Study, load_study, parse_study
+from surefoot.studies.engine.study import run
+from surefoot.studies.engine.workers import Cluster
+from surefoot.studies.sweep import question
+from surefoot.studies.sweep.measure import measure_cells
+from surefoot.studies.sweep.parameters import parameters, situation
+from surefoot.studies.sweep.question import Sweep
+from surefoot.studies.sweep.study_file import load_study, parse_study
 from test_workers import LocalCluster
 
 ROBOT = sf.load_robot("paper-biped")
@@ -55,9 +55,7 @@ disturbance.dcm_noise = [0.0, 0.001]
 
 
 def rows_of(text: str, folder: Path, **how: Any) -> list[dict[str, Any]]:
-    return run_sweep(
-        parse_study(text), folder, workers=how.pop("workers", Processes(1)), **how
-    ).rows
+    return run(parse_study(text), folder, **{"workers": 1, **how}).rows
 
 
 @pytest.fixture(scope="module")
@@ -94,11 +92,10 @@ def test_every_row_is_the_walk_it_says(walked) -> None:
 def test_the_order_and_the_company_change_nothing(walked, tmp_path) -> None:
     _, rows = walked
     study = parse_study(WALKS)
-    cells = list(sweep_cells(study))
-    one = sweep.Sweep(study, ROBOT)
-    alone = [measure_cells(one, [cell])[0] for cell in cells[::5]]
+    cells = list(study.cells())
+    alone = [study.columns(cell) | measure_cells(study, [cell])[0] for cell in cells[::5]]
     assert repr(alone) == repr(rows[::5])
-    assert repr(rows_of(WALKS, tmp_path / "two", workers=Processes(2))) == repr(rows)
+    assert repr(rows_of(WALKS, tmp_path / "two", workers=2)) == repr(rows)
 
 
 def test_a_push_limit_is_the_smallest_failing_push(tmp_path) -> None:
@@ -122,8 +119,8 @@ def test_a_push_limit_is_the_smallest_failing_push(tmp_path) -> None:
 @pytest.mark.parametrize("sampling", ["latin-hypercube", "monte-carlo"])
 def test_what_is_drawn_follows_its_distribution(sampling: str) -> None:
     study = parse_study(DRAWN.replace("SAMPLING", sampling))
-    columns = list(zip(*(cell.values for cell in sweep_cells(study)), strict=True))
-    again = [cell.values for cell in sweep_cells(study)]
+    columns = list(zip(*(cell.values for cell in study.cells()), strict=True))
+    again = [cell.values for cell in study.cells()]
     assert list(zip(*again, strict=True)) == columns
     impulse, gain, mass, noise = (np.array(column) for column in columns)
     assert 1.0 <= impulse.min() < impulse.max() <= 40.0
@@ -135,14 +132,14 @@ def test_what_is_drawn_follows_its_distribution(sampling: str) -> None:
         # One sample in each of 64 equal parts of every range.
         assert sorted(((impulse - 1.0) / 39.0 * 64).astype(int)) == list(range(64))
     other = parse_study(DRAWN.replace("SAMPLING", sampling).replace("seed = 3", "seed = 4"))
-    assert [cell.values for cell in sweep_cells(other)] != again
+    assert [cell.values for cell in other.cells()] != again
 
 
 def test_a_grid_has_every_combination_and_round_numbers() -> None:
     study = parse_study(
         "[vary]\npush.impulse = {from = 0.0, to = 0.3, count = 4}\npush.step = [1, 2]"
     )
-    values = [cell.values for cell in sweep_cells(study)]
+    values = [cell.values for cell in study.cells()]
     assert values == [(i, s) for i in (0.0, 0.1, 0.2, 0.3) for s in (1, 2)]
 
 
@@ -177,7 +174,7 @@ def test_every_name_that_is_offered_can_be_set() -> None:
     usual = situation(ROBOT, "unified", {})
     robot = ROBOT
     present: dict[str, Any] = {}
-    for name in known_parameters("unified"):
+    for name in parameters("unified"):
         room, _, rest = name.partition(".")
         found: Any = {
             "robot": robot, "plant": robot, "gait": robot.gait, "controller": usual.controller,
@@ -266,7 +263,7 @@ def test_the_last_row_of_many_may_be_of_another_kind(tmp_path) -> None:
     push.angle = [0, 22.5]
     """
     rows = rows_of(text, tmp_path / "table")
-    table = polars.read_parquet(tmp_path / "table" / sweep.TABLE)
+    table = polars.read_parquet(tmp_path / "table" / "sweep.parquet")
     assert table["push.angle"].to_list() == [row["push.angle"] for row in rows]
     assert table["outcome"].value_counts().sort("outcome").rows() == [
         ("refused", 120), ("walked", 120),
@@ -294,7 +291,7 @@ def test_whole_numbers_are_drawn_whole_and_kept_exactly(tmp_path) -> None:
         .replace("to = 3,", "to = 3")
         .replace("[vary]", 'sampling = "monte-carlo"\nsamples = 30\n[vary]')
     )
-    values = [cell.values for cell in sweep_cells(parse_study(drawn))]
+    values = [cell.values for cell in parse_study(drawn).cells()]
     assert {type(step) for *_, step in values} == {int}
     assert len(rows_of(drawn, tmp_path / "drawn")) == 30
 
@@ -311,7 +308,7 @@ def test_a_leg_without_a_limit_is_refused_and_not_a_failure(tmp_path) -> None:
     controller = "hybrid"
     [vary]
     robot.swing.max_speed = [0.4]"""
-    found = run_sweep(parse_study(text), tmp_path / "table", workers=Processes(1))
+    found = run(parse_study(text), tmp_path / "table", workers=1)
     assert not found.failures
     assert found.rows[0]["outcome"] == "refused"
     assert "leg" in found.rows[0]["error"]
@@ -320,17 +317,17 @@ def test_a_leg_without_a_limit_is_refused_and_not_a_failure(tmp_path) -> None:
 KILLED = """
 import sys, time
 from pathlib import Path
-from surefoot.studies.sweep import sweep
-from surefoot.studies.sweep.sweep_study import load_study
-from surefoot.studies.engine.workers import Processes
+from surefoot.studies.engine.study import run
+from surefoot.studies.sweep import question
+from surefoot.studies.sweep.study_file import load_study
 
-sweep.KEEP_EVERY, sweep.AT_ONCE = 0.0, 1
-slow = sweep.measure_cells
+question.Sweep.KEEP_EVERY, question.AT_ONCE = 0.0, 1
+slow = question.measure_cells
 def measure_cells(*arguments):
     time.sleep(0.2)
     return slow(*arguments)
-sweep.measure_cells = measure_cells
-sweep.run_sweep(load_study(sys.argv[1]), Path(sys.argv[2]), workers=Processes(1))
+question.measure_cells = measure_cells
+run(load_study(sys.argv[1]), Path(sys.argv[2]), workers=1)
 """
 
 
@@ -352,13 +349,13 @@ def test_a_killed_study_goes_on_and_repeats_nothing(walked, tmp_path, monkeypatc
         run.wait()
         before = len(list((folder / "shards").glob("*.parquet")))
     assert 3 <= before < len(whole)
-    honest, again = sweep.measure_cells, []
+    honest, again = question.measure_cells, []
 
     def counted(one, cells):
         again.extend(cells)
         return honest(one, cells)
 
-    monkeypatch.setattr(sweep, "measure_cells", counted)
+    monkeypatch.setattr(question, "measure_cells", counted)
     rows = rows_of(WALKS, folder)
     assert repr(rows) == repr(whole)
     assert len(again) == len(whole) - before
@@ -379,29 +376,29 @@ def test_more_values_of_the_same_study_measure_only_what_is_new(walked, tmp_path
 
 def test_a_cell_that_breaks_is_reported_and_tried_again(walked, tmp_path, monkeypatch) -> None:
     _, whole = walked
-    honest = sweep.measure_cells
+    honest = question.measure_cells
 
     def poisoned(one, cells):
         if any(cell.values[:2] == (80.0, 90.0) for cell in cells):
             raise ZeroDivisionError("a poisoned cell")
         return honest(one, cells)
 
-    monkeypatch.setattr(sweep, "measure_cells", poisoned)
-    found = run_sweep(parse_study(WALKS), tmp_path / "table", workers=Processes(1))
+    monkeypatch.setattr(question, "measure_cells", poisoned)
+    found = run(parse_study(WALKS), tmp_path / "table", workers=1)
     assert len(found.failures) == 2
     bad = [row for row in found.rows if row["outcome"] == "failed"]
     assert [row["error"] for row in bad] == ["ZeroDivisionError: a poisoned cell"] * 2
-    table = polars.read_parquet(tmp_path / "table" / sweep.TABLE)
+    table = polars.read_parquet(tmp_path / "table" / "sweep.parquet")
     assert table["outcome"].value_counts().sort("outcome").rows()[0] == ("failed", 2)
-    monkeypatch.setattr(sweep, "measure_cells", honest)
+    monkeypatch.setattr(question, "measure_cells", honest)
     assert repr(rows_of(WALKS, tmp_path / "table")) == repr(whole)
 
 
 def test_the_table_tells_where_it_comes_from(walked) -> None:
     folder, rows = walked
-    table = polars.read_parquet(folder / sweep.TABLE)
+    table = polars.read_parquet(folder / "sweep.parquet")
     assert len(table) == len(rows)
-    notes = polars.read_parquet_metadata(folder / sweep.TABLE)
+    notes = polars.read_parquet_metadata(folder / "sweep.parquet")
     about = json.loads(notes["surefoot.provenance"])
     assert about["controller"] == "hybrid"
     assert {"version", "sources", "seed", "numpy", "numba", "date"} <= set(about)
@@ -411,7 +408,7 @@ def test_the_table_tells_where_it_comes_from(walked) -> None:
 
 def test_a_cluster_gives_the_same_rows_though_a_worker_dies(walked, tmp_path, monkeypatch) -> None:
     _, whole = walked
-    monkeypatch.setattr(sweep, "AT_ONCE", 2)
+    monkeypatch.setattr(question, "AT_ONCE", 2)
     cluster = LocalCluster.start(tmp_path)
 
     def report(done: int, of: int) -> None:
@@ -467,6 +464,6 @@ def test_a_robot_beside_the_study(tmp_path) -> None:
     (tmp_path / "mine.toml").write_text(text)
     (tmp_path / "study.toml").write_text('robot = "mine.toml"\n[vary]\npush.impulse = [10.0]\n')
     study = load_study(tmp_path / "study.toml")
-    assert isinstance(study, Study)
-    (row,) = run_sweep(study, tmp_path / "table", workers=Processes(1)).rows
+    assert isinstance(study, Sweep)
+    (row,) = run(study, tmp_path / "table", workers=1).rows
     assert row["outcome"] == "recovered"

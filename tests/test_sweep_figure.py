@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from dataclasses import fields
 from itertools import combinations
 from pathlib import Path
 from typing import Any
@@ -17,14 +18,19 @@ from matplotlib.figure import Figure
 
 from surefoot.control.registry import methods
 from surefoot.errors import FileError, ParameterError
+from surefoot.robot.gait import GaitLimits, Swing
+from surefoot.robot.robot import Foot, Trunk, load_robot
+from surefoot.rollout.disturbance import Disturbance
 from surefoot.show import palette
-from surefoot.studies.sweep.sweep_bins import wilson
-from surefoot.studies.sweep.sweep_columns import UNITS, column
-from surefoot.studies.sweep.sweep_figure import draw_sweep, sweep_figure
-from surefoot.studies.sweep.sweep_parameters import known_parameters
+from surefoot.studies.engine.study import Measured
+from surefoot.studies.sweep.columns import column
+from surefoot.studies.sweep.panels import wilson
+from surefoot.studies.sweep.parameters import parameters
+from surefoot.studies.sweep.pictures import draw_sweep, sweep_figure
+from surefoot.studies.sweep.question import Sweep
 
 ANGLES = [0.0, 90.0, 180.0, 270.0]
-GAIN, ANGLE = "controller.dcm_gain", "push.angle"
+GAIN, ANGLE, LEG = "controller.dcm_gain", "push.angle", "controller.knows_leg"
 
 
 def limits(gains: list[Any], angles: list[float] = ANGLES) -> list[dict[str, Any]]:
@@ -50,21 +56,27 @@ def walks(count: int = 200) -> list[dict[str, Any]]:
         impulse, gain = rng.uniform(0.0, 100.0), math.exp(rng.uniform(0.0, 4.0))
         stood = impulse < 50.0
         rows.append(
-            {"push.impulse": impulse, GAIN: gain, "robot.name": rng.choice(["a", "b"]).item(),
+            {"push.impulse": impulse, GAIN: gain, LEG: rng.choice([True, False]).item(),
              "outcome": "recovered" if stood else "fell", "survived": stood,
              "recovery_steps": 3 if stood else -1, "dcm_error": 0.001 * impulse, "error": None}
         )  # fmt: skip
     return rows
 
 
-def about(*varied: str, sampling: str = "grid") -> dict[str, Any]:
-    return {"title": "What happens?", "robot": "paper-biped", "controller": "unified",
-            "sampling": sampling, "varied": list(varied)}  # fmt: skip
+def table(rows: list[dict[str, Any]], *varied: str, sampling: Any = "grid") -> Measured[Sweep]:
+    """What a study with these rows has measured."""
+    study = Sweep(
+        title="What happens?", measures="push-limit" if "impulse" in rows[0] else "walk",
+        robot=load_robot("paper-biped"), source="paper-biped", controller="unified",
+        sampling=sampling, samples=1, seed=0, step=1.0,
+        fixed={}, vary={name: [] for name in varied},
+    )  # fmt: skip
+    return Measured(study, rows, [], {"robot": "paper-biped"})
 
 
 def made(rows: list[dict[str, Any]], *varied: str, name: str | None = None, **more: Any) -> Figure:
     with style.context(["default", palette.STYLE]):
-        figure = sweep_figure(rows, about(*varied, **more), name)
+        figure = sweep_figure(table(rows, *varied, **more), name)
         figure.draw_without_rendering()
     return figure
 
@@ -108,7 +120,7 @@ def test_two_parameters_are_lines_with_words() -> None:
     assert [text.get_text() for text in legend.get_texts()] == [
         "refused",
         "nothing failed",
-        "limit for anybody",
+        "theoretical limit",
     ]
 
 
@@ -151,7 +163,7 @@ def test_who_survived_over_two_parameters_is_a_map() -> None:
 
 
 def test_drawn_walks_show_which_parameter_matters() -> None:
-    figure = made(walks(), "push.impulse", GAIN, "robot.name", sampling="latin-hypercube")
+    figure = made(walks(), "push.impulse", GAIN, LEG, sampling="latin-hypercube")
     shares = line(figure, "share-push.impulse")
     assert shares[0, 1] == 1.0
     assert shares[-1, 1] == 0.0
@@ -163,7 +175,7 @@ def test_drawn_walks_show_which_parameter_matters() -> None:
         assert low < share < high
     assert figure.axes[1].get_xscale() == "log"
     ticks = [text.get_text() for text in figure.axes[2].get_xticklabels()]
-    assert sorted(ticks) == ["a", "b"]
+    assert sorted(ticks) == ["no", "yes"]
     assert figure.axes[0].get_title(loc="right") == "0% – 100%"
 
 
@@ -197,7 +209,7 @@ def test_the_interval_is_that_of_wilson() -> None:
 )
 def test_values_that_are_no_numbers_are_categories(values: Any, words: Any, numeric: bool) -> None:
     rows = [{"controller.step_weight": value, "outcome": "x", "margin": 1.0} for value in values]
-    one = column(rows, "controller.step_weight")
+    one = column(rows, "controller.step_weight", "unified")
     assert (one.words, one.numeric) == (words, numeric)
     figure = made(rows, "controller.step_weight", name="margin")
     assert tuple(text.get_text() for text in figure.axes[0].get_xticklabels()) == words
@@ -206,7 +218,7 @@ def test_values_that_are_no_numbers_are_categories(values: Any, words: Any, nume
 @pytest.mark.parametrize("first", [0.0, 0.01])
 def test_geometric_values_have_such_an_axis(first: float) -> None:
     values = [first, 0.1, 1.0, 10.0, 100.0]
-    figure = made([{GAIN: value, "impulse": 1.0} for value in values], GAIN)
+    figure = made([{GAIN: value, "outcome": "x", "impulse": 1.0} for value in values], GAIN)
     ax = figure.axes[0]
     assert ax.get_xscale() == ("log" if first else "symlog")
     at = ax.transData.transform([(value, 1.0) for value in values])[1:, 0]
@@ -215,8 +227,11 @@ def test_geometric_values_have_such_an_axis(first: float) -> None:
 
 
 def test_nothing_measured_is_said() -> None:
-    rows = [{**row, "outcome": "refused", "impulse": None} for row in limits([1.0, 2.0, 4.0])]
-    for varied in ((GAIN,), (GAIN, ANGLE), (GAIN, ANGLE, "outcome")):
+    rows = [
+        {**row, "outcome": "refused", "impulse": None, "push.phase": 0.0}
+        for row in limits([1.0, 2.0, 4.0])
+    ]
+    for varied in ((GAIN,), (GAIN, ANGLE), (GAIN, ANGLE, "push.phase")):
         made(rows, *varied)
     (word,) = drawn(made(rows, GAIN, ANGLE), "empty")
     assert word.get_text() == "no cell has a number"
@@ -230,15 +245,23 @@ def test_the_title_says_what_was_asked() -> None:
 
 
 def test_every_parameter_of_every_method_has_its_unit() -> None:
-    names = {name for method in methods() for name in known_parameters(method.key)}
-    missing = [name for name in names if name.partition(".")[2] not in UNITS]
-    assert missing == []
-    one = column([{"robot.foot.length": 0.1, "gait.step_x.max": 0.5}], "gait.step_x.max")
+    for method in methods():
+        assert all(isinstance(one.unit, str) for one in parameters(method.key).values())
+    one = column([{"gait.step_x.max": 0.5}], "gait.step_x.max", "unified")
     assert one.label == "gait.step_x.max [m]"
     rows = [{"controller.step_weight": 1.0}]
-    for method, unit in (("unified", "–"), ("hybrid", "1/m²")):
-        one = column(rows, "controller.step_weight", method)
-        assert one.label == f"controller.step_weight [{unit}]"
+    for key, unit in (("unified", "–"), ("hybrid", "1/m²")):
+        assert (
+            column(rows, "controller.step_weight", key).label == f"controller.step_weight [{unit}]"
+        )
+
+
+def test_every_part_of_the_robot_and_of_a_disturbance_can_vary() -> None:
+    known = parameters("unified")
+    for part, kind in (("foot", Foot), ("swing", Swing), ("trunk", Trunk)):
+        assert {f"robot.{part}.{name}" for name in kind.__struct_fields__} <= set(known)
+    assert {f"gait.{name}" for name in GaitLimits.__struct_fields__} <= set(known)
+    assert {f"disturbance.{one.name}" for one in fields(Disturbance)} <= set(known)
 
 
 @pytest.mark.parametrize("kind", ["lines", "close", "map", "panels"])
@@ -249,10 +272,11 @@ def test_words_stay_inside_and_apart(kind: str) -> None:
     elif kind == "map":
         rows = limits([float(gain) for gain in range(12)], [30.0 * i for i in range(12)])
     elif kind == "panels":
-        rows, varied = walks(), ["push.impulse", GAIN, "robot.name", "dcm_error"]
+        rows = [{**row, "plant.mass": 60.0 + i} for i, row in enumerate(walks())]
+        varied = ["push.impulse", GAIN, LEG, "plant.mass"]
         more = {"sampling": "monte-carlo"}
     with style.context(["default", palette.STYLE]):
-        figure = sweep_figure(rows, about(*varied, **more))
+        figure = sweep_figure(table(rows, *varied, **more))
         renderer = FigureCanvasAgg(figure).get_renderer()
         figure.draw(renderer)
     words = [*figure.texts, *(t for legend in figure.legends for t in legend.get_texts())]
@@ -274,9 +298,9 @@ def test_words_stay_inside_and_apart(kind: str) -> None:
 @pytest.mark.parametrize("ending", [".png", ".pdf", ".svg"])
 def test_the_same_table_gives_the_same_bytes(tmp_path: Path, ending: str) -> None:
     rows = limits([1.0, 2.0, 4.0])
-    draw_sweep(rows, about(GAIN, ANGLE), tmp_path / f"one{ending}")
+    draw_sweep(table(rows, GAIN, ANGLE), tmp_path / f"one{ending}")
     with rc_context({"axes.facecolor": "black", "font.size": 30.0}):
-        draw_sweep(rows, about(GAIN, ANGLE), tmp_path / f"two{ending}")
+        draw_sweep(table(rows, GAIN, ANGLE), tmp_path / f"two{ending}")
     data = (tmp_path / f"one{ending}").read_bytes()
     assert data == (tmp_path / f"two{ending}").read_bytes()
 
@@ -285,17 +309,11 @@ def test_wrong_choices_are_told(tmp_path: Path) -> None:
     rows, path = limits([1.0, 2.0]), tmp_path / "sweep.png"
     with pytest.raises(
         ParameterError,
-        match=r"this table \(impulse, limit\); got `impulses`; did you mean `impulse`\?",
+        match=r"table \(impulse, delta_v, limit, share\); got `impulses`; did you mean `impulse`\?",
     ):
-        draw_sweep(rows, about(GAIN, ANGLE), path, quantity="impulses")
+        draw_sweep(table(rows, GAIN, ANGLE), path, "impulses")
     with pytest.raises(ParameterError, match="quantity of this table"):
-        draw_sweep(rows, about(GAIN, ANGLE), path, quantity="failure")
-    with pytest.raises(ParameterError, match="column of the table for each varied parameter"):
-        draw_sweep(rows, about("push.impulse"), path)
-    with pytest.raises(ParameterError, match="at least one varied parameter; got none"):
-        draw_sweep(rows, about(), path)
-    with pytest.raises(ParameterError, match="a table with at least one row; got none"):
-        draw_sweep([], about(GAIN), path)
+        draw_sweep(table(rows, GAIN, ANGLE), path, "failure")
     with pytest.raises(FileError, match=r"expected a path ending in \.png, \.pdf, \.svg"):
-        draw_sweep(rows, about(GAIN, ANGLE), tmp_path / "sweep.bmp")
+        draw_sweep(table(rows, GAIN, ANGLE), tmp_path / "sweep.bmp")
     assert list(tmp_path.iterdir()) == []

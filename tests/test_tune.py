@@ -17,25 +17,25 @@ from click.testing import CliRunner
 import surefoot as sf
 from surefoot.cli import main
 from surefoot.control.settings import load_settings, settings, with_settings
-from surefoot.studies.gentleness.gentleness import Answer
+from surefoot.studies.engine.push_answer import Answer
+from surefoot.studies.tune.choice import PREFERENCES, choose, reasons, simplest
 from surefoot.studies.tune.command import PREFERENCES as OFFERED
-from surefoot.studies.tune.knobs import (
-    Knob,
-    defaults_of,
-    knobs_of,
-    parameters_of,
+from surefoot.studies.tune.measure import STEP_WEIGHT, effort_of, score, survived
+from surefoot.studies.tune.parameters import (
+    Parameter,
+    changed_settings,
+    chosen_parameters,
+    default_settings,
     rounded,
-    usual_knobs,
+    usual_parameters,
 )
-from surefoot.studies.tune.push_score import STEP_WEIGHT, effort_of, score, survived
+from surefoot.studies.tune.question import Question
+from surefoot.studies.tune.search import Tuned, tune
+from surefoot.studies.tune.show import report
 from surefoot.studies.tune.trials import REFUSED, Trials, Tried, pareto_front
-from surefoot.studies.tune.tune import Tuned, tune
-from surefoot.studies.tune.tune_choice import PREFERENCES, choose, reasons, simplest
-from surefoot.studies.tune.tune_question import Question
-from surefoot.studies.tune.tune_report import tuning_text
-from surefoot.studies.tune.tune_words import verdict
+from surefoot.studies.tune.words import verdict
 
-TRIALS = 12
+TRIALS, VELOCITY = 12, (0.5, 0.0)
 TUNED = ("unified", "hybrid", "step-timing", "tracking", "tracking-stiff")
 
 
@@ -61,36 +61,34 @@ def tuned(question: Question, tmp_path_factory: pytest.TempPathFactory) -> tuple
 
 
 @pytest.mark.parametrize("key", TUNED)
-def test_every_usual_knob_is_a_parameter_with_its_default_in_range(
-    key: str, robot: sf.Robot
-) -> None:
-    defaults = defaults_of(key, knobs_of(key))
-    for knob in knobs_of(key):
-        assert knob.low <= defaults[knob.name] <= knob.high
+def test_every_usual_parameter_has_its_default_in_range(key: str, robot: sf.Robot) -> None:
+    defaults = default_settings(key, robot, VELOCITY)
+    for one in usual_parameters(key):
+        assert one.low <= one.read(defaults) <= one.high
         # And the class takes both ends of the range.
-        for end in (knob.low, knob.high):
-            values = parameters_of(key, [knob], {knob.name: end})
-            with_settings(key, robot, (0.5, 0.0), values)
+        for end in (one.low, one.high):
+            values = changed_settings([one], {one.name: end}, defaults)
+            with_settings(key, robot, VELOCITY, values)
 
 
-def test_parameters_are_those_that_are_not_as_by_default() -> None:
-    knobs = knobs_of("hybrid", ("offset_weight.x", "offset_weight.y", "dcm_gain"))
-    values = defaults_of("hybrid", knobs)
-    assert parameters_of("hybrid", knobs, values) == {}
-    given = parameters_of("hybrid", knobs, {**values, "offset_weight.y": 7.0})
+def test_settings_are_those_that_are_not_as_by_default(robot: sf.Robot) -> None:
+    asked = ("offset_weight.x", "offset_weight.y", "dcm_gain")
+    chosen = chosen_parameters("hybrid", asked, robot, VELOCITY)
+    defaults = default_settings("hybrid", robot, VELOCITY)
+    values = {one.name: one.read(defaults) for one in chosen}
+    assert changed_settings(chosen, values, defaults) == {}
+    given = changed_settings(chosen, {**values, "offset_weight.y": 7.0}, defaults)
     assert given == {"offset_weight": (settings("hybrid")["offset_weight"][0], 7.0)}
-    both = parameters_of(
-        "hybrid", knobs, {**values, "offset_weight.x": 5.0, "offset_weight.y": 7.0}
-    )
-    assert both == {"offset_weight": (5.0, 7.0)}
+    both = {**values, "offset_weight.x": 5.0, "offset_weight.y": 7.0}
+    assert changed_settings(chosen, both, defaults) == {"offset_weight": (5.0, 7.0)}
 
 
-def test_a_range_of_ones_own_goes_over_the_usual_one() -> None:
-    assert knobs_of("unified", ("dcm_gain=2:4", "reserve")) == (
-        Knob("dcm_gain", 2.0, 4.0),
-        next(knob for knob in usual_knobs("unified") if knob.name == "reserve"),
+def test_a_range_of_ones_own_goes_over_the_usual_one(robot: sf.Robot) -> None:
+    assert chosen_parameters("unified", ("dcm_gain=2:4", "reserve"), robot, VELOCITY) == (
+        Parameter("dcm_gain", 2.0, 4.0),
+        next(one for one in usual_parameters("unified") if one.name == "reserve"),
     )
-    (linear,) = knobs_of("tracking", ("double_support=0:0.3",))
+    (linear,) = chosen_parameters("tracking", ("double_support=0:0.3",), robot, VELOCITY)
     assert not linear.log
 
 
@@ -110,9 +108,11 @@ def test_a_range_of_ones_own_goes_over_the_usual_one() -> None:
         ("unified", ("dcm_gain", "dcm_gain=1:9"), "every --knob once"),
     ],
 )
-def test_a_wrong_knob_is_refused(key: str, asked: tuple[str, ...], words: str) -> None:
+def test_a_wrong_parameter_is_refused(
+    key: str, asked: tuple[str, ...], words: str, robot: sf.Robot
+) -> None:
     with pytest.raises(sf.ParameterError) as caught:
-        knobs_of(key, asked)
+        chosen_parameters(key, asked, robot, VELOCITY)
     assert words in str(caught.value)
 
 
@@ -125,60 +125,63 @@ def test_what_is_tried_can_be_read() -> None:
 
 
 def test_a_stronger_push_takes_more_effort_and_a_fall_all_of_it(robot: sf.Robot) -> None:
-    brain = sf.HybridController(robot, (0.5, 0.0))
+    controller = sf.HybridController(robot, (0.5, 0.0))
     none = Answer(0.0, 0.0, 0.0, 0.0, True)
-    assert effort_of(none, brain) == (0.0, 0.0, 0.0)
+    assert effort_of(none, controller) == (0.0, 0.0, 0.0)
     small, large = (Answer(x, x, x, x, True) for x in (0.01, 0.02))
-    assert [2.0 * part for part in effort_of(small, brain)] == pytest.approx(
-        effort_of(large, brain)
+    assert [2.0 * part for part in effort_of(small, controller)] == pytest.approx(
+        effort_of(large, controller)
     )
-    assert effort_of(replace(small, survived=False), brain) == (1.0, 1.0, 1.0)
+    assert effort_of(replace(small, survived=False), controller) == (1.0, 1.0, 1.0)
 
 
 def test_an_effort_is_a_share_of_what_the_robot_has(robot: sf.Robot) -> None:
-    brain = sf.UnifiedController(robot, (0.5, 0.0))
+    controller = sf.UnifiedController(robot, (0.5, 0.0))
     low, high = robot.gait.step_duration
-    gait, sole = brain.gait, robot.foot.half
+    gait, sole = controller.gait, robot.foot.half
     corner = (sole[0] ** 2 + sole[1] ** 2) ** 0.5
     most = max(gait.step_duration - low, high - gait.step_duration)
-    assert effort_of(Answer(corner, corner, 0.0, most, True), brain) == pytest.approx((1, 0, 1))
+    assert effort_of(Answer(corner, corner, 0.0, most, True), controller) == pytest.approx(
+        (1, 0, 1)
+    )
 
 
 def test_what_is_survived_is_one_step_below_what_fails(question: Question) -> None:
-    brain = sf.HybridController(question.robot, (0.5, 0.0))
+    controller = sf.HybridController(question.robot, (0.5, 0.0))
     pushed = question.seen[0]
     found = sf.smallest_failing_push(
-        brain, (1.0, 0.0), start=question.walk.start(0.0), step=question.scan_step
+        controller, (1.0, 0.0), start=question.walk.start(0.0), step=question.scan_step
     )
-    assert survived(brain, question.walk, pushed, question.scan_step) == found.impulse - found.step
-    assert 0.0 < survived(brain, question.walk, pushed, question.scan_step) <= pushed.limit
+    reached = survived(controller, question.walk, pushed, question.scan_step)
+    assert reached == found.impulse - found.step
+    assert 0.0 < reached <= pushed.limit
 
 
-def effort_with(brain, **moved: float) -> float:
+def effort_with(controller, **moved: float) -> float:
     """The effort of a push that moves a ZMP by a millimetre, and what else is named."""
     answered = replace(Answer(1e-3, 1e-3, 0.0, 0.0, True), **moved)
-    zmp, landing, timing = effort_of(answered, brain)
+    zmp, landing, timing = effort_of(answered, controller)
     return zmp + STEP_WEIGHT * (landing + timing)
 
 
 def test_a_landing_that_moves_is_less_gentle_than_a_zmp_that_does(robot: sf.Robot) -> None:
-    brain = sf.HybridController(robot, (0.5, 0.0))
+    controller = sf.HybridController(robot, (0.5, 0.0))
     far = 0.5 * robot.foot.width
-    assert effort_with(brain, landing=far) > effort_with(brain, zmp_peak=far, zmp_rms=far)
+    assert effort_with(controller, landing=far) > effort_with(controller, zmp_peak=far, zmp_rms=far)
 
 
 @pytest.mark.parametrize("quantity", ["zmp_peak", "zmp_rms", "landing", "timing"])
 def test_effort_grows_with_everything_that_moves(quantity: str, robot: sf.Robot) -> None:
-    brain = sf.HybridController(robot, (0.5, 0.0))
-    efforts = [effort_with(brain, **{quantity: size}) for size in (0.002, 0.01, 0.02)]
+    controller = sf.HybridController(robot, (0.5, 0.0))
+    efforts = [effort_with(controller, **{quantity: size}) for size in (0.002, 0.01, 0.02)]
     assert efforts == sorted(set(efforts))
 
 
 def test_a_score_does_not_depend_on_the_threads(question: Question) -> None:
-    brain = sf.HybridController(question.robot, (0.5, 0.0))
+    controller = sf.HybridController(question.robot, (0.5, 0.0))
     one, two = (
         score(
-            brain,
+            controller,
             question.walk,
             question.seen,
             question.impulse,
@@ -247,7 +250,7 @@ def test_preferences_of_the_command_are_those_of_the_study() -> None:
         choose([DEFAULT], "speed")
 
 
-def test_a_knob_that_changes_nothing_is_turned_back() -> None:
+def test_a_parameter_that_changes_nothing_is_set_back() -> None:
     def attempt(values) -> tuple[float, float]:
         # `b` does nothing, `c` as good as nothing, `d` only while `b` is turned.
         lost = 0.002 * (values["c"] == 0.0) + 0.1 * (values["d"] == 0.0 and values["b"] != 0.0)
@@ -258,7 +261,7 @@ def test_a_knob_that_changes_nothing_is_turned_back() -> None:
     values = simplest(chosen, zeros, (0.6, 1.0), attempt)
     assert values == {"a": 1.0, "b": 0.0, "c": 0.0, "d": 0.0}
     (why,) = reasons(values, zeros, attempt)
-    assert (why.knob, why.default, why.value) == ("a", 0.0, 1.0)
+    assert (why.parameter, why.default, why.value) == ("a", 0.0, 1.0)
     assert why.without == pytest.approx((0.598 + 0.002, 0.9), abs=0.003)
 
 
@@ -271,7 +274,7 @@ def test_little_does_not_add_up() -> None:
     assert sum(values.values()) == 3.0
 
 
-def test_nothing_is_turned_back_below_the_default() -> None:
+def test_nothing_is_set_back_below_the_default() -> None:
     def attempt(values) -> tuple[float, float]:
         return (0.6, 1.002 - 0.003 * values["a"])
 
@@ -291,7 +294,7 @@ def test_a_default_is_as_gentle_as_itself_and_nothing_is_worse(
 ) -> None:
     result, _ = tuned
     assert len(result.trials) == TRIALS
-    assert result.trials[0].values == defaults_of("tracking-stiff", question.knobs)
+    assert result.trials[0].values == question.start
     assert result.trials[0].objectives is not None
     assert result.trials[0].objectives[1] == 1.0
     assert result.objectives("default", "seen") == result.trials[0].objectives
@@ -302,7 +305,7 @@ def test_a_default_is_as_gentle_as_itself_and_nothing_is_worse(
     assert result.changed
     # Ten times the paper's gain is nervous.
     assert after[1] < 0.95
-    assert set(result.settings.parameters) == {one.knob for one in result.reasons}
+    assert set(result.settings.parameters) == {one.parameter for one in result.reasons}
 
 
 def test_a_search_that_goes_on_is_the_search_that_was_not_stopped(
@@ -318,10 +321,8 @@ def test_another_seed_searches_elsewhere(question: Question, tmp_path: Path) -> 
     other = tune(replace(question, seed=1), tmp_path, 3, workers=1)
     again = tune(replace(question, seed=1), tmp_path, 2, workers=1)
     assert plain(again.trials) == plain(other.trials)
-    knob = question.knobs[0].name
-    first = Trials(
-        tmp_path, question.knobs, defaults_of("tracking-stiff", question.knobs), 1
-    ).finished()
+    knob = question.parameters[0].name
+    first = Trials(tmp_path, question.parameters, question.start, 1).finished()
     assert plain(first) == plain(other.trials)
     assert other.trials[1].values[knob] != other.trials[2].values[knob]
 
@@ -354,8 +355,7 @@ def test_another_robot_is_refused_in_the_same_folder(
 def test_values_that_the_controller_refuses_are_a_trial_that_is_not_taken(
     tmp_path: Path,
 ) -> None:
-    knobs = (Knob("threshold", 0.001, 1.0),)
-    search = Trials(tmp_path, knobs, {"threshold": 0.025}, 0)
+    search = Trials(tmp_path, (Parameter("threshold", 0.001, 1.0),), {"threshold": 0.025}, 0)
 
     def measure(values: dict[str, float]):
         return (0.5, 1.0) if values["threshold"] < 0.1 else (None, {REFUSED: "too large"})
@@ -374,8 +374,8 @@ KILLED = """
 import sys
 from pathlib import Path
 import surefoot as sf
-from surefoot.studies.tune.tune import tune
-from surefoot.studies.tune.tune_question import Question
+from surefoot.studies.tune.question import Question
+from surefoot.studies.tune.search import tune
 robot = sf.load_robot("paper-biped").with_leg(max_speed=3.0)
 question = Question(robot, method="tracking-stiff", asked=("dcm_gain",), directions=2, phases=1,
                     step=0.1)
@@ -397,9 +397,7 @@ def test_a_search_that_was_killed_repeats_nothing(
     # A line that was cut short is no matter either.
     with (tmp_path / "trials.journal").open("ab") as journal:
         journal.write(b'{"op_code":')
-    kept = Trials(
-        tmp_path, question.knobs, defaults_of("tracking-stiff", question.knobs)
-    ).finished()
+    kept = Trials(tmp_path, question.parameters, question.start).finished()
     assert 4 <= len(kept) <= 6
     seen = []
     result = tune(
@@ -420,16 +418,18 @@ def test_no_trial_is_no_search(question: Question, tmp_path: Path) -> None:
 
 
 def test_a_report_says_when_something_does_not_hold(tuned: tuple[Tuned, Path]) -> None:
-    numbers = tuned[0].as_numbers()
-    assert verdict(numbers).startswith("It holds" if holds(numbers) else "It does NOT hold")
-    numbers["scores"]["tuned"]["unseen"]["survival"] -= 0.05
-    assert "of the limit less is survived than with the defaults" in verdict(numbers)
-    assert "It does NOT hold" in tuning_text(numbers, "surefoot walk")
+    found, _ = tuned
+    assert verdict(found).startswith("It holds" if holds(found) else "It does NOT hold")
+    after = found.scores["tuned"]["unseen"]
+    weak = {**found.scores["tuned"], "unseen": replace(after, survival=after.survival - 0.05)}
+    worse = replace(found, scores={**found.scores, "tuned": weak})
+    assert "of the limit less is survived than with the defaults" in verdict(worse)
+    assert "It does NOT hold" in report(worse, "surefoot walk").markdown()
 
 
-def holds(numbers: dict) -> bool:
-    before, after = (numbers["scores"][which]["unseen"] for which in ("default", "tuned"))
-    return after["survival"] >= before["survival"] - 0.005 and after["gentleness"] <= 1.01
+def holds(found: Tuned) -> bool:
+    before, after = (found.objectives(which, "unseen") for which in ("default", "tuned"))
+    return after[0] >= before[0] - 0.005 and after[1] <= 1.01
 
 
 COMMAND = [
@@ -444,7 +444,7 @@ def test_the_command_writes_settings_that_walk(tuned: tuple[Tuned, Path]) -> Non
     assert done.exit_code == 0, done.output
     assert "of the search" in done.output
     for one in result.reasons:
-        assert f"{one.knob} {one.default:g} → {one.value:g}: without it" in done.output
+        assert f"{one.parameter} {one.default:g} → {one.value:g}: without it" in done.output
     path = folder / "tuned.toml"
     assert load_settings(path) == result.settings
     walk = CliRunner().invoke(main, ["walk", "--settings", str(path), "--leg-speed", "3", "--json"])
@@ -453,7 +453,7 @@ def test_the_command_writes_settings_that_walk(tuned: tuple[Tuned, Path]) -> Non
     report = (folder / "tune.md").read_text()
     assert f"--settings {path}" in report
     # Whether it holds stands where it is used, too.
-    assert f"# {verdict(result.as_numbers())}" in path.read_text()
+    assert f"# {verdict(result)}" in path.read_text()
     assert (folder / "tune.png").read_bytes().startswith(b"\x89PNG")
 
 
@@ -465,7 +465,7 @@ def test_json_holds_what_was_measured(tuned: tuple[Tuned, Path]) -> None:
 
 
 def test_a_search_that_is_stopped_keeps_what_it_has(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    question: Question, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     measure, calls = Question.measure, []
 
@@ -479,8 +479,7 @@ def test_a_search_that_is_stopped_keeps_what_it_has(
     done = CliRunner().invoke(main, [*COMMAND, "--out", str(tmp_path / "out")])
     assert done.exit_code == 130
     assert "the same command goes on there" in done.output
-    knobs = knobs_of("tracking-stiff", ("dcm_gain",))
-    kept = Trials(tmp_path / "out", knobs, defaults_of("tracking-stiff", knobs)).finished()
+    kept = Trials(tmp_path / "out", question.parameters, question.start).finished()
     assert len(kept) == 2
 
 

@@ -8,7 +8,7 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from threading import Event, Thread
@@ -148,15 +148,15 @@ def test_a_poisoned_cell_of_a_study_is_a_failure_and_the_rest_is_kept(tmp_path: 
     shards = Shards(tmp_path / "table", {"study": "poison"})
     have: dict[Any, Any] = {}
     failures = measure_missing(
-        poisoned_row, tmp_path / "once", {n: n for n in range(12)}, have, shards, workers=2
+        poisoned_rows, tmp_path / "once", {n: n for n in range(12)}, have, shards, workers=2
     )
     assert [(one.cell, one.error) for one in failures] == [(5, KILLED)]
     assert sorted(row["cell"] for row in shards.rows) == [n for n in range(12) if n != 5]
 
 
-def poisoned_row(once: Path, cell: int) -> dict[str, int]:
-    Poison(deadly=5, once=once)((cell,))
-    return {"cell": cell}
+def poisoned_rows(once: Path, cells: Sequence[int]) -> list[dict[str, int] | str]:
+    Poison(deadly=5, once=once)(tuple(cells))
+    return [{"cell": cell} for cell in cells]
 
 
 def test_a_cluster_does_the_same_work(cluster: LocalCluster) -> None:

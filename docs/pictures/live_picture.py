@@ -34,7 +34,7 @@ COLOURS = 255
 def push_and_stop(run: LiveRun, page: LivePage) -> None:
     """Time stands still during the push, so that a slow browser shows that moment."""
     run.paused = True
-    while not 0.1 < run.walk.glimpse().observation["elapsed"] < 0.12:
+    while not 0.1 < run.walk.snapshot().observation["elapsed"] < 0.12:
         run.advance(0.01)
     run.push(0.0, IMPULSE)
     run.advance(AFTER)

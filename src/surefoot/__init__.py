@@ -25,11 +25,15 @@ if TYPE_CHECKING:
     from surefoot.control.tracking import DcmTracking
     from surefoot.control.unified.controller import UnifiedController
     from surefoot.control.unified.problem import Decision, Limit
-    from surefoot.dcm.causal_limit import causal_push_limit
     from surefoot.dcm.footholds import Foothold, FootholdError, load_footholds
     from surefoot.dcm.nominal_gait import NominalGait, largest_speed, nominal_gait
     from surefoot.dcm.optimality import KktResidual, kkt_residual
-    from surefoot.dcm.push_limit import ImpulseLimit, fixed_steps_limit, push_limit
+    from surefoot.dcm.push_limit import (
+        ImpulseLimit,
+        causal_push_limit,
+        fixed_steps_limit,
+        push_limit,
+    )
     from surefoot.dcm.pushes import Push
     from surefoot.dcm.step_problem import StepProblem, StepSolution
     from surefoot.dcm.step_solver import solve_step
@@ -55,20 +59,20 @@ if TYPE_CHECKING:
     from surefoot.rollout.outcome import Fall, Outcome
     from surefoot.rollout.rollout import Rollout, load_rollout
     from surefoot.rollout.trace import BodyTrace
-    from surefoot.show.body_video import film_walk
+    from surefoot.show.film import film_walk
     from surefoot.studies.engine.scan import PushLimit, smallest_failing_push
     from surefoot.worlds.body.controller import BodyControl
     from surefoot.worlds.body.estimator import BodyEstimator
     from surefoot.worlds.body.gait import body_control, body_controller, walking_robot
     from surefoot.worlds.body.inverse_dynamics import InverseDynamics
-    from surefoot.worlds.body.noise import BodyNoise
     from surefoot.worlds.body.plant import Surroundings
-    from surefoot.worlds.body.simulate import simulate_body
+    from surefoot.worlds.body.sensors import BodyNoise
+    from surefoot.worlds.body.world import simulate_body
     from surefoot.worlds.point.batch import simulate_batch
     from surefoot.worlds.point.plant import LipmSimulator
+    from surefoot.worlds.point.simulate import simulate
     from surefoot.worlds.point.walks import Walks
     from surefoot.worlds.steering import Steering
-    from surefoot.worlds.walk import simulate
 
 __version__ = version.VERSION
 
@@ -107,19 +111,23 @@ _HOMES = {
     "robot.robot": ("Foot", "Robot", "Swing", "Trunk", "load_robot", "preset_names"),
     "worlds.steering": ("Steering",),
     "dcm.viability": ("ViableOffsets", "viable_offsets"),
-    "dcm.causal_limit": ("causal_push_limit",),
     "control.unified.problem": ("Decision", "Limit"),
     "dcm.nominal_gait": ("NominalGait", "largest_speed", "nominal_gait"),
     "dcm.optimality": ("KktResidual", "kkt_residual"),
-    "dcm.push_limit": ("ImpulseLimit", "fixed_steps_limit", "push_limit"),
+    "dcm.push_limit": (
+        "ImpulseLimit",
+        "causal_push_limit",
+        "fixed_steps_limit",
+        "push_limit",
+    ),
     "dcm.step_solver": ("solve_step",),
     "dcm.step_problem": ("StepProblem", "StepSolution"),
     "worlds.point.batch": ("simulate_batch",),
     "rollout.fall": ("BodyFall",),
     "rollout.measures": ("BodyMeasures", "measure_body"),
-    "worlds.body.noise": ("BodyNoise",),
+    "worlds.body.sensors": ("BodyNoise",),
     "worlds.body.plant": ("Surroundings",),
-    "worlds.body.simulate": ("simulate_body",),
+    "worlds.body.world": ("simulate_body",),
     "rollout.trace": ("BodyTrace",),
     "rollout.decisions": ("decisions",),
     "rollout.disturbance": ("Disturbance",),
@@ -127,10 +135,10 @@ _HOMES = {
     "worlds.point.plant": ("LipmSimulator",),
     "rollout.outcome": ("Fall", "Outcome"),
     "rollout.rollout": ("Rollout", "load_rollout"),
-    "worlds.walk": ("simulate",),
+    "worlds.point.simulate": ("simulate",),
     "worlds.point.walks": ("Walks",),
     "studies.engine.scan": ("PushLimit", "smallest_failing_push"),
-    "show.body_video": ("film_walk",),
+    "show.film": ("film_walk",),
 }
 _EXTRAS = {
     "mujoco": ("a body in physics", "mujoco"),

@@ -27,7 +27,7 @@ from surefoot.robot.robot import Robot, load_robot
 from surefoot.rollout.outcome import Outcome
 from surefoot.rollout.rollout import Rollout
 from surefoot.worlds.point.plant import LipmSimulator
-from surefoot.worlds.walk import simulate
+from surefoot.worlds.point.simulate import simulate
 
 VARIABLE = "SUREFOOT_METHODS"
 """The environment variable that names the methods."""

@@ -1,4 +1,4 @@
-"""What packages bring to Surefoot by entry points, this one included: methods, pictures.
+"""What packages bring to Surefoot by entry points, this one included: methods, commands, pictures.
 
 An entry point is a name and a place, `module:object`; it is listed without an import.
 """

@@ -1,6 +1,8 @@
 """The command line: the one place, beside the package's front door, that wires everything.
 
-Imports are inside the commands, so that `surefoot --help` starts at once.
+A command is an entry point of the group `surefoot.commands`, of this package or of any other: a
+study brings its own. A command is imported when it is called, or listed; what it needs, when it
+runs. So `surefoot --help` starts at once.
 """
 
 from __future__ import annotations
@@ -9,39 +11,36 @@ from typing import Any
 
 import click
 
-from surefoot.cli.cite import cite
-from surefoot.cli.limits import limits
-from surefoot.cli.live import live
-from surefoot.cli.replay import replay
-from surefoot.cli.robots import robots
-from surefoot.cli.walk import walk
-from surefoot.errors import SurefootError
+from surefoot.errors import ParameterError, SurefootError
 from surefoot.plugins import load, places
-from surefoot.studies.compare.command import compare
-from surefoot.studies.gentleness.command import gentleness
-from surefoot.studies.push_map.command import push_map
-from surefoot.studies.reproduce.command import reproduce
-from surefoot.studies.sweep.command import sweep
-from surefoot.studies.tune.command import tune
 from surefoot.version import VERSION
+
+GROUP = "surefoot.commands"
+"""The group of entry points."""
 
 MISUSE = 2
 """Exit status of a command that is wrong."""
 
 
 class _Commands(click.Group):
-    """A group that tells a caller's mistake in one line and exits with 2.
-
-    Commands that other packages bring, as entry points of `surefoot.commands`, come after its own.
-    """
+    """Commands by entry point; a caller's mistake is told in one line and exits with 2."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
-        return list(dict.fromkeys([*super().list_commands(ctx), *places("surefoot.commands")]))
+        return list(places(GROUP))
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        own = super().get_command(ctx, cmd_name)
-        brought = {} if own is not None else places("surefoot.commands")
-        return load(brought[cmd_name]) if cmd_name in brought else own
+        place = places(GROUP).get(cmd_name)
+        if place is None:
+            return None
+        try:
+            command = load(place)
+            if not isinstance(command, click.Command):
+                raise ParameterError(
+                    f"a command at {place}", repr(command), "decorate it with @click.command()"
+                )
+        except Exception as error:  # one broken package leaves the help of the others readable
+            return _Broken(cmd_name, error)
+        return command
 
     def invoke(self, ctx: click.Context) -> Any:
         try:
@@ -51,14 +50,23 @@ class _Commands(click.Group):
             ctx.exit(MISUSE)
 
 
+class _Broken(click.Command):
+    """A command that cannot be imported: listed with the reason, which it raises if called."""
+
+    def __init__(self, name: str, error: Exception) -> None:
+        self.error = error
+        super().__init__(
+            name,
+            short_help=f"cannot be loaded: {error}",
+            context_settings={"ignore_unknown_options": True, "allow_extra_args": True},
+            add_help_option=False,
+        )
+
+    def invoke(self, ctx: click.Context) -> Any:
+        raise self.error
+
+
 @click.group(cls=_Commands, context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(VERSION, prog_name="surefoot")
 def main() -> None:
     """Make a biped walk, and keep walking when it is pushed."""
-
-
-for command in (
-    walk, live, replay, robots, limits, reproduce, compare, push_map, gentleness, sweep, tune,
-    cite,
-):  # fmt: skip
-    main.add_command(command)

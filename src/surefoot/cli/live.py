@@ -11,9 +11,10 @@ from surefoot.options import compiling_notice, controller_option, robot_option
 
 if TYPE_CHECKING:
     from surefoot.live.controls import Menu
-    from surefoot.live.run import Choice, Walk
+    from surefoot.live.run import Choice
     from surefoot.live.stage import MakeFigure
     from surefoot.worlds.steering import Steering
+    from surefoot.worlds.walk import Walk
 
 
 @click.command()
@@ -75,7 +76,7 @@ def live(
     )  # fmt: skip
 
 
-def make_walk(choice: Choice, key: str, steering: Steering) -> Walk:
+def make_walk(choice: Choice, key: str, steering: Steering) -> Walk[Any]:
     """A walk from its beginning.
 
     Args:
@@ -99,36 +100,38 @@ def make_walk(choice: Choice, key: str, steering: Steering) -> Walk:
     return walk
 
 
-def _point(robot: Any, key: str, steering: Steering) -> Walk:
+def _point(robot: Any, key: str, steering: Steering) -> Walk[Any]:
     from surefoot.control.registry import find_method
-    from surefoot.worlds.point.steered import SteeredPoint
+    from surefoot.worlds.point.world import PointWorld
+    from surefoot.worlds.walk import Walk
 
-    return SteeredPoint(find_method(key).controller(robot, steering.velocity))
+    return Walk(PointWorld(find_method(key).controller(robot, steering.velocity)))
 
 
-def _body(robot: Any, key: str, steering: Steering) -> Walk:
+def _body(robot: Any, key: str, steering: Steering) -> Walk[Any]:
     from surefoot.checks import optional_module
 
     optional_module("mujoco", "physics", "mujoco")
     optional_module("daqp", "inverse dynamics", "mujoco")
     from surefoot.robot.multibody import load_multibody
     from surefoot.worlds.body.gait import body_control, body_controller, walking_robot
-    from surefoot.worlds.body.noise import BodyNoise
-    from surefoot.worlds.body.sensors import usual_estimator
-    from surefoot.worlds.body.steered import SteeredBody
+    from surefoot.worlds.body.sensors import BodyNoise, usual_estimator
+    from surefoot.worlds.body.world import BodyWorld
+    from surefoot.worlds.walk import Walk
 
     multibody = load_multibody(robot)
     controller = body_controller(key, walking_robot(multibody), steering.velocity)
     noise = BodyNoise.of(robot)
     estimator = usual_estimator(multibody, noise)
-    return SteeredBody(body_control(controller, multibody), noise=noise, estimator=estimator)
+    control = body_control(controller, multibody)
+    return Walk(BodyWorld(control, noise=noise, estimator=estimator))
 
 
-def figure_of(walk: Walk) -> MakeFigure:
+def figure_of(walk: Walk[Any]) -> MakeFigure:
     """How a walk is drawn: with its mechanism's looks if it has one."""
     from surefoot.live.figure import PointFigure
 
-    multibody = getattr(walk, "multibody", None)
+    multibody = getattr(walk.world, "multibody", None)
     if multibody is None:
         return lambda scene, name, opacity: PointFigure(scene, name, walk.robot, opacity)
     from surefoot.live.body_figure import BodyFigure

@@ -26,8 +26,7 @@ from surefoot.control.tracking import (
     track_step,
     tracking_parameters,
 )
-from surefoot.dcm.foothold_plan import plan_footholds
-from surefoot.dcm.footholds import Foothold, check_footholds
+from surefoot.dcm.footholds import Foothold, check_footholds, plan_footholds
 from surefoot.dcm.nominal_gait import NominalGait, nominal_gait
 from surefoot.errors import ParameterError
 from surefoot.interface import Observation

@@ -33,14 +33,14 @@ from surefoot.control.tracking import (
     track,
     tracking_parameters,
 )
-from surefoot.dcm.gait_problem import gait_problem
-from surefoot.dcm.step_in_reach import SAVED, saved_by, solve_step_in_reach
+from surefoot.dcm.step_in_reach import SavedAfterStep, saved_by, solve_step_in_reach
 from surefoot.dcm.step_problem import (
     OFFSET_PENALTY,
     OFFSET_WEIGHT,
     STEP_PROBLEM,
     STEP_SOLUTION,
     StepProblem,
+    gait_problem,
 )
 from surefoot.dcm.step_solver import solve_step_record
 from surefoot.interface import COMMAND, Mode
@@ -53,7 +53,7 @@ HYBRID = np.dtype(
         ("tracking", TRACKING),
         ("threshold", "f8"),
         ("knows_leg", "i8"),
-        ("saved", SAVED),
+        ("saved", SavedAfterStep.DTYPE),
         ("problem", STEP_PROBLEM, (2,)),
     ]
 )
@@ -80,8 +80,7 @@ def adapt(parameters, observation, growth, solution, command):
             problem,
             parameters.saved,
             float(observation.support_side),
-            growth_x,
-            growth_y,
+            (growth_x, growth_y),
             math.log(growth) / parameters.tracking.omega,
             (swing[0] - foot[0], swing[1] - foot[1], velocity[0], velocity[1]),
             (leg.max_speed, leg.max_acceleration, parameters.tracking.omega),
@@ -154,7 +153,7 @@ def hybrid_parameters(
     parameters = new_array(HYBRID)
     parameters["tracking"], parameters["threshold"] = tracking, threshold
     if leg is not None and leg.swing.is_limited:
-        parameters["knows_leg"], parameters["saved"] = 1, saved_by(leg)
+        parameters["knows_leg"], parameters["saved"] = 1, saved_by(leg).array
     for side, problem in problems.items():
         parameters["problem"][0, side_index.py_func(side)] = problem.array[0]
     return parameters

@@ -29,8 +29,7 @@ from surefoot.control.hybrid import (
 )
 from surefoot.control.registry import method
 from surefoot.control.tracking import NO_GAIN, tracking_parameters
-from surefoot.dcm.gait_problem import gait_problem
-from surefoot.dcm.step_problem import OFFSET_PENALTY, StepProblem
+from surefoot.dcm.step_problem import OFFSET_PENALTY, StepProblem, gait_problem
 from surefoot.dcm.viability import viable_offsets
 from surefoot.robot.feet import Side
 

@@ -23,8 +23,7 @@ from surefoot.control.defaults import DCM_GAIN
 from surefoot.control.fields import setting
 from surefoot.control.plausibility import GATE, gate_parameters
 from surefoot.control.registry import method, variant
-from surefoot.dcm.dcm_plan import planned_dcm
-from surefoot.dcm.double_support import transition
+from surefoot.dcm.dcm_plan import planned_dcm, transition
 from surefoot.dcm.nominal_gait import NominalGait
 from surefoot.dcm.support import nearest_supported
 from surefoot.errors import ParameterError

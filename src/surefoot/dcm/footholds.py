@@ -2,6 +2,13 @@
 
 A table (.csv) or a list (.toml) of rows in the order of time. The first two rows are the feet as
 they stand at the start: the first of them lifts first. Every further row lands at its time.
+
+The DCM plan over them goes backwards from the last one, Section V of [Englsberger2015]:
+
+    dcm_end,k = dcm_start,k+1,     dcm_start,k = p_k + (dcm_end,k - p_k) e^(-omega T_k)
+
+Behind the last foothold the robot steps in place, in the heading of that foothold, so the
+recursion begins with the start offset of that gait.
 """
 
 from __future__ import annotations
@@ -16,6 +23,11 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
+from surefoot.dcm.frame_turn import rotated
+from surefoot.dcm.nominal_gait import NominalGait
 from surefoot.errors import SurefootError
 from surefoot.robot.feet import Side
 from surefoot.robot.robot import Foot, Robot
@@ -267,3 +279,65 @@ def _foothold(row: Mapping[str, Any], line: int, path: Path) -> Foothold:
         if not math.isfinite(numbers[key]):
             raise FootholdError(f"a number as {key}", f"{value!r} ({where})", "use SI units")
     return Foothold(Side[side], numbers["x"], numbers["y"], numbers["yaw"], numbers["time"], line)
+
+
+@dataclass(frozen=True)
+class PlannedStep:
+    """One step over given footholds.
+
+    Attributes:
+        side: foot that stands.
+        duration: T [s].
+        start_offset: planned DCM at touchdown, relative to the foot that stands (x, y) [m].
+        end_offset: planned DCM at the end, relative to the landing (x, y) [m].
+        landing_yaw: heading of the landing foot [rad].
+    """
+
+    side: Side
+    duration: float
+    start_offset: tuple[float, float]
+    end_offset: tuple[float, float]
+    landing_yaw: float
+
+
+def plan_footholds(footholds: Sequence[Foothold], in_place: NominalGait) -> list[PlannedStep]:
+    """The steps over the footholds, and two more in place, one for each foot.
+
+    Args:
+        footholds: checked ones; the first two are the feet that stand at the start.
+        in_place: the nominal gait for no velocity.
+
+    Returns:
+        A step for every foothold from the second on, then the two that repeat for ever.
+    """
+    last = footholds[-1]
+    ends = {side: np.array(rotated(in_place.start_offset(side), last.yaw)) for side in Side}
+    feet = [np.array((foothold.x, foothold.y)) for foothold in footholds[1:]]
+    starts = [ends[last.side]]
+    for k in range(len(feet) - 2, -1, -1):
+        duration = footholds[k + 2].time - footholds[k + 1].time
+        dcm_end = feet[k + 1] + starts[0]
+        starts.insert(0, (dcm_end - feet[k]) * math.exp(-in_place.omega * duration))
+    steps = [
+        PlannedStep(
+            standing.side,
+            landing.time - standing.time,
+            _pair(starts[k]),
+            _pair(starts[k + 1]),
+            landing.yaw,
+        )
+        for k, (standing, landing) in enumerate(pairwise(footholds[1:]))
+    ]
+    side = last.side
+    for _ in range(2):
+        steps.append(
+            PlannedStep(
+                side, in_place.step_duration, _pair(ends[side]), _pair(ends[side.other]), last.yaw
+            )
+        )
+        side = side.other
+    return steps
+
+
+def _pair(vector: NDArray[np.float64]) -> tuple[float, float]:
+    return float(vector[0]), float(vector[1])

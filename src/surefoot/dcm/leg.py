@@ -65,6 +65,41 @@ def is_reachable(away: float, velocity: float, time: float, speed: float, accele
     )
 
 
+@njit(forceinline=True)
+def reachable_interval(low, high, foot, velocity, time, speed, acceleration, rounding):
+    """An interval of landings cut down to what is in reach after a time, along one axis.
+
+    Where nothing of it is in reach, both ends are the nearest place that is.
+
+    Args:
+        low, high: of the landing, from the support foot [m].
+        foot, velocity: of the swing foot, likewise [m, m/s].
+        time: to the landing, >= 0 [s].
+        speed, acceleration: limits of the leg, may be inf [m/s, m/s^2].
+        rounding: what is out of reach by no more is in reach [m].
+
+    Returns:
+        Least and largest landing [m], and how fast each moves as the time grows, 0 at an end of the
+        interval [m/s].
+    """
+    behind = foot - furthest(-velocity, time, speed, acceleration)
+    ahead = foot + furthest(velocity, time, speed, acceleration)
+    back_rate = ahead_rate = speed
+    if acceleration < math.inf:
+        back_rate = min(speed, acceleration * time - velocity)
+        ahead_rate = min(speed, acceleration * time + velocity)
+    if behind > high + rounding:
+        return behind, behind, -back_rate, -back_rate
+    if ahead < low - rounding:
+        return ahead, ahead, ahead_rate, ahead_rate
+    first, last, first_rate, last_rate = low, high, 0.0, 0.0
+    if behind > low:
+        first, first_rate = min(behind, high), -back_rate
+    if ahead < high:
+        last, last_rate = max(ahead, low), ahead_rate
+    return first, last, first_rate, last_rate
+
+
 @njit
 def arrival(
     away: float, velocity: float, earliest: float, speed: float, acceleration: float
@@ -147,7 +182,7 @@ def hurry(
 def follow(
     away: float, wanted: float, velocity: float, time: float, speed: float, acceleration: float
 ) -> tuple[float, float]:
-    """Where a foot of limited leg gets that is told to be `away` with velocity `wanted`.
+    """Where a foot of limited leg gets that is to be `away` with velocity `wanted`.
 
     As near as it can get; and of the velocities that it can have there, the nearest. With D what
     the place is ahead of coasting, a change of velocity x is possible there if

@@ -1,12 +1,12 @@
-"""The largest push that any policy can survive which learns of it when it starts.
+"""The largest push that any policy can survive, whether it knows the push's duration or not.
 
 A force F for a time D moves the DCM by F / (m omega^2) (1 - e^(-omega D)) in displacement of its
 onset, whatever the feet do meanwhile. So no policy, however clever, survives more than
 
     J = F D = D m omega^2 / (1 - e^(-omega D)) room,     room = Z_up(foot, t) + c - o  on an axis,
 
-where o is the DCM offset along the push at its onset, c how far the ZMP can move, and Z_up what the
-step under way and all later ones are worth (`dcm.viable_displacement`). Both axes land at the
+where o is the DCM offset along the push at its onset, c how far the ZMP can move, and Z_up the
+value of the step under way and all later ones (`dcm.viable_displacement`). Both axes land at the
 same times, so the room is that of the best schedule of landings (`dcm.pushed_step`), in
 every direction. The policy that steps by it survives all below. Own derivation.
 """
@@ -16,6 +16,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 
@@ -28,6 +29,47 @@ from surefoot.robot.feet import Side
 from surefoot.robot.robot import Robot
 
 _ROUNDING = 1e-9
+
+
+class PushCase(NamedTuple):
+    """A push on the nominal gait, but for its strength and duration; see `push_limit`."""
+
+    robot: Robot
+    gait: NominalGait
+    direction: tuple[float, float]
+    elapsed: float
+    support_side: Side
+    zmp_reach: tuple[float, float]
+
+    def step(self) -> PushedStep:
+        """The step in which the push begins."""
+        state = np.array(gait_in_step(self.gait, self.support_side, self.elapsed))
+        across = (self.direction[0], self.support_side * self.direction[1])
+        return PushedStep(self.robot, state, across, self.zmp_reach, self.elapsed)
+
+
+@lru_cache(maxsize=4096)
+def best_landings(case: PushCase) -> tuple[float, tuple[float, ...]]:
+    """How far the DCM can be moved along the push [m], and the landing times that allow it [s]."""
+    return case.step().best_schedule()
+
+
+@lru_cache(maxsize=4096)
+def causal_share(case: PushCase, duration: float, together: bool) -> float:
+    """Which share of `push_limit` is left if it is not known when the push ends [-]."""
+    if case.elapsed + duration <= case.robot.gait.step_duration[0]:
+        return 1.0
+    step = case.step()
+    if together:
+        room, times = best_landings(case)
+        return step.causal_share(duration, room, times) if room > 0.0 else 1.0
+    rooms = step.axis_rooms()
+    room = min(rooms.values())
+    if room <= 0.0:
+        return 1.0
+    # An axis with much room may be left with less than one that loses nothing.
+    left = [own * step.causal_share(duration, own, alone=axis) for (axis, _), own in rooms.items()]
+    return min(1.0, min(left) / room)
 
 
 @dataclass(frozen=True)
@@ -81,9 +123,65 @@ def push_limit(
     Raises:
         ParameterError: a direction of no length, a time outside the step, a negative reach.
         VelocityError: the velocity cannot be walked, or the leg is too weak for the smooth swing of
-            its gait: then nobody knows where the foot is when the push comes.
+            its gait: then it is not known where the foot is when the push comes.
         RobotError: the leg is too slow to step at all.
     """
+    case = _checked_case(
+        robot, direction, velocity, elapsed, duration, support_side, zmp_reach, step_duration
+    )
+    room = best_landings(case)[0] if together else min(case.step().axis_rooms().values())
+    impulse = max(impulse_per_offset(robot, duration) * room, 0.0)
+    return ImpulseLimit(case.direction, impulse, impulse / robot.mass)
+
+
+def causal_push_limit(
+    robot: Robot,
+    direction: tuple[float, float],
+    *,
+    velocity: tuple[float, float] = (0.5, 0.0),
+    elapsed: float = 0.1,
+    duration: float = 0.2,
+    support_side: Side = Side.RIGHT,
+    zmp_reach: tuple[float, float] = (0.0, 0.0),
+    step_duration: float | None = None,
+    together: bool = True,
+) -> ImpulseLimit:
+    """The largest impulse that a policy can survive which does not know when the push ends.
+
+    The push has a constant force. At every instant of it the robot has to be viable: both sides of
+    both axes, by the tables of `dcm.viable_displacement`,
+
+        J_c = D m omega^2 f,    f the largest for which some schedule leaves no axis short.
+
+    All smaller forces are survived for as long. Two errors: 0.1 % of the search; and an interrupted
+    push is taken as saved if each axis is at its own times of landing. Arguments and errors are
+    those of `push_limit`; the policy does not know `duration`.
+
+    Returns:
+        The limit, never above `push_limit`.
+    """
+    known = push_limit(
+        robot, direction, velocity=velocity, elapsed=elapsed, duration=duration,
+        support_side=support_side, zmp_reach=zmp_reach, step_duration=step_duration,
+        together=together,
+    )  # fmt: skip
+    case = _checked_case(
+        robot, direction, velocity, elapsed, duration, support_side, zmp_reach, step_duration
+    )
+    share = causal_share(case, duration, together)
+    return ImpulseLimit(known.direction, share * known.impulse, share * known.delta_v)
+
+
+def _checked_case(
+    robot: Robot,
+    direction: tuple[float, float],
+    velocity: tuple[float, float],
+    elapsed: float,
+    duration: float,
+    support_side: Side,
+    zmp_reach: tuple[float, float],
+    step_duration: float | None,
+) -> PushCase:
     unit = unit_direction(direction)
     check_number("duration", duration, 0.0, "s", above=True)
     check_pair("zmp_reach", zmp_reach, 0.0, "m")
@@ -97,42 +195,7 @@ def push_limit(
         )
     check_leg(robot, gait)
     reach = (float(zmp_reach[0]), float(zmp_reach[1]))
-    step = step_of_push(robot, gait, unit, elapsed, Side(support_side), reach)
-    if together:
-        room, _ = best_landings(robot, gait, unit, elapsed, Side(support_side), reach)
-    else:
-        room = min(step.axis_rooms().values())
-    impulse = max(impulse_per_offset(robot, duration) * room, 0.0)
-    return ImpulseLimit(unit, impulse, impulse / robot.mass)
-
-
-def step_of_push(
-    robot: Robot,
-    gait: NominalGait,
-    unit: tuple[float, float],
-    elapsed: float,
-    side: Side,
-    zmp_reach: tuple[float, float],
-) -> PushedStep:
-    """The step of the nominal gait in which a push begins; arguments as of `push_limit`."""
-    state = np.array(gait_in_step(gait, side, elapsed))
-    return PushedStep(robot, state, (unit[0], side * unit[1]), zmp_reach, elapsed)
-
-
-@lru_cache(maxsize=4096)
-def best_landings(
-    robot: Robot,
-    gait: NominalGait,
-    unit: tuple[float, float],
-    elapsed: float,
-    side: Side,
-    zmp_reach: tuple[float, float],
-) -> tuple[float, tuple[float, ...]]:
-    """How far the DCM can be moved along the push [m], and the landing times that allow it [s].
-
-    The duration of the push does not matter here. Arguments as of `push_limit`.
-    """
-    return step_of_push(robot, gait, unit, elapsed, side, zmp_reach).best_schedule()
+    return PushCase(robot, gait, unit, elapsed, Side(support_side), reach)
 
 
 def check_leg(robot: Robot, gait: NominalGait) -> None:
@@ -182,38 +245,6 @@ def fixed_steps_limit(
     )
     impulse = impulse_per_offset(robot, duration) * room
     return ImpulseLimit(unit, impulse, impulse / robot.mass)
-
-
-def axis_directions(support_side: Side) -> dict[str, tuple[float, float]]:
-    """The four directions along the axes: forward, back, outward, inward.
-
-    Outward is towards the swing foot, inward over the support foot to the other side.
-    """
-    outward = float(support_side)
-    return {
-        "forward": (1.0, 0.0),
-        "back": (-1.0, 0.0),
-        "outward": (0.0, outward),
-        "inward": (0.0, -outward),
-    }
-
-
-def eight_directions(support_side: Side) -> dict[str, tuple[float, float]]:
-    """The `axis_directions` and the diagonals between them, once round from forward to outward."""
-    outward, half = float(support_side), math.sqrt(0.5)
-    forward, back, left, right = axis_directions(support_side).items()
-    return dict(
-        [
-            forward,
-            ("forward-outward", (half, half * outward)),
-            left,
-            ("back-outward", (-half, half * outward)),
-            back,
-            ("back-inward", (-half, -half * outward)),
-            right,
-            ("forward-inward", (half, -half * outward)),
-        ]
-    )
 
 
 def impulse_per_offset(robot: Robot, duration: float) -> float:

@@ -2,107 +2,133 @@
 
 Where one of the pushed axes has the most room that it can have at its own best times, and the other
 axis can follow these, nothing has to be searched. Else a coarse grid of landing times is, and then
-from its best points with shrinking strides: `dcm.landing_schedule` says what each is worth.
+from its best points with shrinking strides: `dcm.landing_schedule` gives the value of each.
+
+Who does not know when the push ends has to be viable at every instant of it. Where the schedule of
+who knows is viable throughout, nothing is lost and nothing is searched. So it is in most cells, and
+always if the push is over before the foot may land. Otherwise the next landing waits until the rest
+of the push fits between both ends of what can be saved. Own derivation.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache
 from itertools import product
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from surefoot.compiled import njit
 from surefoot.dcm.landing_schedule import (
+    BOTH,
+    PushState,
+    Workspace,
+    causal_slack,
     even_steps,
-    leg_numbers,
     own_schedule,
     room_of_schedule,
 )
 from surefoot.dcm.viable_displacement import viable_displacement
+from surefoot.record import new_array
 from surefoot.robot.robot import Robot
 
 LANDINGS = 3
 """How many landings are timed one by one."""
 
 OWN_LANDINGS = 8
-"""How long both axes follow the times of one of them, before each goes by its own table: what the
-times leave of anything later is below 0.4 %."""
+"""How long both axes follow the times of one of them: less than 0.4 % of what is later is left."""
 
-FIRST_TIMES = 16
-"""Times of the next landing on the coarse grid."""
-
-LATER_TIMES = 4
-"""Times of every later landing on it."""
+FIRST_TIMES, LATER_TIMES = 16, 4
+"""Times of the next landing, and of every later one, on the coarse grid."""
 
 STARTS = 2
-"""From how many of the best points of the grid, apart in the first time, the search sets out."""
+"""From how many of the best points of the grid, with different first times, the search sets out."""
 
 STRIDE = 0.1
-"""First stride of the search, of 1 / omega [-]."""
+"""First stride of the searches, of 1 / omega [-]."""
 
 TABLE_ERROR = 1e-4
-"""The tables tell no better; a room so near to the largest is that one, a part of it [-]."""
+"""The tables are no more accurate; a room so near to the largest is that one, a part of it [-]."""
 
 FINEST = 4e-5
-"""The search ends below this stride, of 1 / omega: it is worth as much of the limit [-]."""
+"""The search ends below this stride, of 1 / omega: it changes as much of the limit [-]."""
+
+CAUSAL_LANDINGS = 3
+"""If the end is not known: how many landings are timed beyond those that the push has time for."""
+
+CAUSAL_FIRST_TIMES = 8
+"""Times of the next landing from which that search sets out, with all later ones as they are."""
+
+CAUSAL_FINEST = 1e-4
+"""It ends below this stride, of 1 / omega [-]."""
+
+FORCES = 16
+"""Parts of the limit at which a schedule is tried at first."""
+
+CLIMBS = 2
+"""From how many of the best of these it sets out."""
+
+TOLERANCE = 1e-6
+"""To this part of the limit the largest force of a schedule is found [-]."""
+
+ROUNDING = 1e-12
+"""Nothing is left over of a force if so little of the largest one is [-]."""
 
 
 @njit
 def _limited(start, change, bounds, trial):
     """Write a schedule some way off another one, inside its bounds."""
     for stage in range(start.shape[0]):
-        time = start[stage] + change[stage]
-        trial[stage] = min(max(time, bounds[stage, 0]), bounds[stage, 1])
+        trial[stage] = min(max(start[stage] + change[stage], bounds[stage, 0]), bounds[stage, 1])
 
 
 @njit
-def _keep(source, target):
+def _copy(source, target):
     """Copy; slices would take Numba longer to compile than all the rest."""
     for stage in range(source.shape[0]):
         target[stage] = source[stage]
 
 
 @njit
-def _shrink(tails, low, spacing, state, leg, push, bounds, ways, schedule, work, found):
+def _change(ways, way, stride, schedule, came_from, change):
+    """Write where a search goes next: along a way, or at last along the sum of this round."""
+    for stage in range(schedule.shape[0]):
+        if way < ways.shape[0]:
+            change[stage] = stride * ways[way, stage]
+        else:
+            change[stage] = schedule[stage] - came_from[stage]
+
+
+@njit
+def _shrink(tables, tails, push, bounds, ways, work, schedule):
     """Improve a schedule in place, along many ways and with shrinking strides; its room."""
-    count, stride = schedule.shape[0], STRIDE / leg[2]
+    count, stride = schedule.shape[0], STRIDE / tables.omega
     trial, came_from, change = np.empty(count), np.empty(count), np.empty(count)
-    room = room_of_schedule(tails, low, spacing, state, leg, push, schedule, work, found)
-    while stride > FINEST / leg[2]:
+    room = room_of_schedule(tables, tails, push, schedule, work)
+    while stride > FINEST / tables.omega:
         before = room
-        _keep(schedule, came_from)
+        _copy(schedule, came_from)
         for way in range(ways.shape[0] + 1):
-            # At last once more along all that this round has brought.
-            for stage in range(count):
-                if way < ways.shape[0]:
-                    change[stage] = stride * ways[way, stage]
-                else:
-                    change[stage] = schedule[stage] - came_from[stage]
+            _change(ways, way, stride, schedule, came_from, change)
             while True:
                 _limited(schedule, change, bounds, trial)
-                there = room_of_schedule(
-                    tails, low, spacing, state, leg, push, trial, work, found
-                )  # fmt: skip
+                there = room_of_schedule(tables, tails, push, trial, work)
                 if there <= room:
                     break
                 room = there
-                _keep(trial, schedule)
+                _copy(trial, schedule)
         if room == before:
             stride *= 0.5
     return room
 
 
 @njit
-def _search(tails, low, spacing, state, leg, push, bounds, starts, grid, ways):
+def _search(tables, tails, push, bounds, grid, ways, work, starts):
     """The room of the best schedule, and that; from these starts and the best of the grid."""
     count = bounds.shape[0]
-    work, found = np.empty((2, 2, 2, tails.shape[3])), np.empty((2, 2))
     best, schedule, trial = -math.inf, np.empty(count), np.empty(count)
     given = starts.shape[0] - STARTS
     rooms = np.full(STARTS, -math.inf)
@@ -110,20 +136,118 @@ def _search(tails, low, spacing, state, leg, push, bounds, starts, grid, ways):
         for stage in range(count):
             least, most = bounds[stage]
             trial[stage] = least + grid[point, stage] * (most - least)
-        room = room_of_schedule(tails, low, spacing, state, leg, push, trial, work, found)
+        room = room_of_schedule(tables, tails, push, trial, work)
         # Points of one first time follow each other: of these the best one counts.
         place = point * STARTS // grid.shape[0]
         if room > rooms[place]:
             rooms[place] = room
-            _keep(trial, starts[given + place])
+            _copy(trial, starts[given + place])
     for start in range(starts.shape[0]):
-        room = _shrink(
-            tails, low, spacing, state, leg, push, bounds, ways, starts[start], work, found
-        )  # fmt: skip
+        room = _shrink(tables, tails, push, bounds, ways, work, starts[start])
         if room > best:
             best = room
-            _keep(starts[start], schedule)
+            _copy(starts[start], schedule)
     return best, schedule
+
+
+@njit
+def _largest_force(case, schedule, least, slack, most):
+    """The largest force between these that a schedule survives [m].
+
+    Secants, since what is left over is linear piece by piece; each with a bisection after it.
+
+    Args:
+        case: tables, tails, push and workspace of `causal_slack`.
+        schedule: its times [s].
+        least, slack: a force that it survives, and what is left over of that [m].
+        most: no larger one is of interest [m].
+    """
+    tables, tails, push, work = case
+    over = causal_slack(tables, tails, push, schedule, most, work)
+    if over >= 0.0:
+        return most
+    accuracy = TOLERANCE * most
+    while most - least > accuracy:
+        for guess in range(2):
+            force = 0.5 * (least + most)
+            if guess == 0:
+                force = least + (most - least) * min(max(slack / (slack - over), 0.01), 0.99)
+            there = causal_slack(tables, tails, push, schedule, force, work)
+            if abs(there) <= ROUNDING * most:
+                return force
+            if there >= 0.0:
+                least, slack = force, there
+            else:
+                most, over = force, there
+    return least
+
+
+@njit
+def _first_force(case, schedule, least, most):
+    """The same if `least` need not be survived; -1 if nothing above it is [m]."""
+    tables, tails, push, work = case
+    for part in range(FORCES):
+        force = most - (most - least) * (part / FORCES)
+        slack = causal_slack(tables, tails, push, schedule, force, work)
+        if slack >= 0.0:
+            return _largest_force(
+                case, schedule, force, slack, min(force + (most - least) / FORCES, most)
+            )
+    return -1.0
+
+
+@njit
+def _climb(case, bounds, ways, schedule, force, most):
+    """Improve a schedule in place, along many ways and with shrinking strides.
+
+    It improves where more is left over of the force; as soon as anything is, the force grows.
+
+    Returns:
+        The largest force that any of the schedules has survived, at least `force` [m].
+    """
+    tables, tails, push, work = case
+    count, stride = schedule.shape[0], STRIDE / tables.omega
+    trial, came_from, change = np.empty(count), np.empty(count), np.empty(count)
+    slack = causal_slack(tables, tails, push, schedule, force, work)
+    while stride > CAUSAL_FINEST / tables.omega and force < most:
+        improved = False
+        _copy(schedule, came_from)
+        for way in range(ways.shape[0] + 1):
+            _change(ways, way, stride, schedule, came_from, change)
+            while True:
+                _limited(schedule, change, bounds, trial)
+                there = causal_slack(tables, tails, push, trial, force, work)
+                if there <= slack + TOLERANCE * most:
+                    break
+                improved, slack = True, there
+                _copy(trial, schedule)
+                if slack > 0.0:
+                    force = _largest_force(case, schedule, force, slack, most)
+                    slack = causal_slack(tables, tails, push, schedule, force, work)
+        if not improved:
+            stride *= 0.5
+    return force
+
+
+@njit
+def _largest_causal_force(case, bounds, starts, ways, most):
+    """The largest force that any schedule survives, from these starts [m]."""
+    forces, force = np.full(starts.shape[0], -1.0), 0.0
+    for start in range(starts.shape[0]):
+        forces[start] = _first_force(case, starts[start], 0.0, most)
+        force = max(force, forces[start])
+        if force >= most:
+            return most
+    for _ in range(CLIMBS):
+        best = 0
+        for start in range(starts.shape[0]):
+            if forces[start] > forces[best]:
+                best = start
+        if forces[best] < 0.0:
+            break
+        forces[best] = -1.0
+        force = _climb(case, bounds, ways, starts[best], force, most)
+    return force
 
 
 @cache
@@ -135,11 +259,11 @@ def _grid(landings: int) -> NDArray[np.float64]:
 
 
 @cache
-def _ways(landings: int) -> NDArray[np.float64]:
-    """Along, against and across the times, and some ways between: min has ridges."""
-    between = np.random.default_rng(0).normal(size=(8 * landings, landings))
-    between /= np.linalg.norm(between, axis=1, keepdims=True)
-    return np.concatenate([np.eye(landings), -np.eye(landings), between])
+def _ways(landings: int, between: int) -> NDArray[np.float64]:
+    """Along and against the times, and some ways between: min has ridges."""
+    across = np.random.default_rng(0).normal(size=(between, landings))
+    across /= np.linalg.norm(across, axis=1, keepdims=True)
+    return np.concatenate([np.eye(landings), -np.eye(landings), across])
 
 
 @dataclass(frozen=True)
@@ -171,8 +295,8 @@ class PushedStep:
             if part != 0.0:
                 sign = 1 if part > 0.0 else -1
                 offset, foot, velocity = (float(row) for row in self.state[:, axis])
-                worth = tables.in_step(axis, sign, foot, self.elapsed, velocity)
-                room = worth + self.zmp_reach[axis] - sign * offset
+                value = tables.in_step(axis, sign, foot, self.elapsed, velocity)
+                room = value + self.zmp_reach[axis] - sign * offset
                 rooms[axis, sign] = room / abs(part)
         return rooms
 
@@ -190,51 +314,87 @@ class PushedStep:
         Returns:
             The room; far below 0 if an axis falls in any case.
         """
-        own = viable_displacement(self.robot).values[np.newaxis]
-        tails, *rest = self.numbers(own if apart else even_steps(self.robot))
-        return float(
-            room_of_schedule(
-                tails, *rest, np.array(schedule, float), np.empty((2, *tails.shape[1:])),
-                np.empty((2, 2)),
-            )
-        )  # fmt: skip
+        *case, work = self._case(apart)
+        return float(room_of_schedule(*case, np.array(schedule, float), work))
 
-    def best_schedule(self, landings: int = LANDINGS) -> tuple[float, tuple[float, ...]]:
+    def best_schedule(self) -> tuple[float, tuple[float, ...]]:
         """The landing times that leave the most room.
-
-        Args:
-            landings: how many of them are timed one by one.
 
         Returns:
             The room [m], negative if no schedule keeps the robot even unpushed; the times from
             landing to landing, the first one from now and the last one for all that follow [s].
         """
-        rooms = self.axis_rooms()
-        enough, starts = min(rooms.values()), []
-        tables = viable_displacement(self.robot)
-        for axis, sign in rooms:
-            own = np.empty(OWN_LANDINGS + 1)
-            numbers = self.numbers(tables.values)[:5]
-            own_schedule(*numbers, axis, 0 if sign > 0 else 1, self.elapsed, own)
+        count = LANDINGS + 1
+        enough, starts = min(self.axis_rooms().values()), []
+        for own in self._own_schedules(OWN_LANDINGS + 1):
             if self.room(own, apart=True) > enough - TABLE_ERROR * abs(enough):
                 return enough, tuple(own.tolist())
-            starts.append(own[: landings + 1])
-        bounds = np.full((landings + 1, 2), tables.step_duration)
+            starts.append(own[:count])
+        *case, work = self._case()
+        bounds = np.full((count, 2), self.robot.gait.step_duration)
         bounds[0] = np.maximum(bounds[0] - self.elapsed, 0.0)
         room, times = _search(
-            *self.numbers(even_steps(self.robot)), bounds,
-            np.array(starts + starts[:1] * STARTS), _grid(landings + 1), _ways(landings + 1),
+            *case, bounds, _grid(count), _ways(count, 8 * count), work,
+            np.array(starts + starts[:1] * STARTS),
         )  # fmt: skip
         return min(float(room), enough), tuple(times.tolist())
 
-    def numbers(self, tails: NDArray[np.float64]) -> tuple[Any, ...]:
-        """The problem as the kernels take it."""
-        tables = viable_displacement(self.robot)
-        return (
-            tails,
-            np.array(tables.low),
-            np.array(tables.spacing),
-            np.ascontiguousarray(self.state, float),
-            leg_numbers(tables),
-            np.array([self.direction, self.zmp_reach]),
-        )
+    def causal_share(
+        self, duration: float, room: float, times: tuple[float, ...] = (), alone: int = BOTH
+    ) -> float:
+        """Which share of the room is left if it is not known when the push ends [-].
+
+        Args:
+            duration: of the push [s].
+            room: for a push that is known [m].
+            times: of the landings that serve it best, if both axes count [s].
+            alone: the only axis that counts, or `BOTH`.
+        """
+        bounds = self._causal_bounds(duration)
+        count, omega = len(bounds), self.robot.omega
+        own = list(self._own_schedules(count, alone))
+        best = np.array([*times, *times[-1:] * count][:count]) if times else own[0]
+        most = room / -math.expm1(-omega * duration)
+        *apart, work = self._case(True, duration, alone)
+        if causal_slack(*apart, best, most, work) >= -TABLE_ERROR * room:
+            return 1.0
+        case = self._case(alone != BOTH, duration, alone)
+        latest = min(max(duration, bounds[0, 0]), bounds[0, 1])
+        starts = []
+        for schedule in (best, *own):
+            for part in np.linspace(0.0, 1.0, CAUSAL_FIRST_TIMES):
+                starts.append(schedule.copy())
+                starts[-1][0] += part * max(latest - schedule[0], 0.0)
+        ways = _ways(count, 2 * count)
+        force = _largest_causal_force(case, bounds, np.array(starts), ways, most)
+        return float(force) / most
+
+    def _causal_bounds(self, duration: float) -> NDArray[np.float64]:
+        """Least and largest time of every landing that is timed, and of the later period [s]."""
+        shortest, longest = self.robot.gait.step_duration
+        first = max(shortest - self.elapsed, 0.0)
+        pushed = math.ceil((duration - first) / shortest) if duration > first else 0
+        bounds = np.full((pushed + CAUSAL_LANDINGS + 1, 2), (shortest, longest))
+        bounds[0] = first, max(longest - self.elapsed, 0.0)
+        return bounds
+
+    def _own_schedules(self, count: int, alone: int = BOTH) -> Iterator[NDArray[np.float64]]:
+        """The landing times that each pushed axis would choose, of those that count [s]."""
+        tables, _, push, _ = self._case(True)
+        for axis, part in enumerate(self.direction):
+            if part != 0.0 and alone in (BOTH, axis):
+                schedule = np.empty(count)
+                own_schedule(tables, push, axis, 0 if part > 0.0 else 1, schedule)
+                yield schedule
+
+    def _case(
+        self, apart: bool = False, duration: float = 0.0, alone: int = BOTH
+    ) -> tuple[np.void, NDArray[np.float64], np.void, np.void]:
+        """Tables, tails, push and workspace, as the kernels take them."""
+        tables, (offset, foot, velocity) = viable_displacement(self.robot), self.state
+        push = PushState(
+            offset=offset, foot=foot, foot_velocity=velocity, direction=self.direction,
+            zmp_reach=self.zmp_reach, elapsed=self.elapsed, duration=duration, alone=alone,
+        )  # fmt: skip
+        tails = tables.values[np.newaxis] if apart else even_steps(self.robot)
+        return tables.array[0], tails, push.array[0], new_array(Workspace.DTYPE)[0]

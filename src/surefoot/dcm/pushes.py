@@ -6,6 +6,7 @@ import math
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Self
 
 import numpy as np
@@ -106,6 +107,27 @@ def push_direction(angle: float, support_side: Side) -> tuple[float, float]:
     radians = math.radians(angle)
     x, y = quarter.get(angle, (math.cos(radians), math.sin(radians)))
     return x, support_side * y + 0.0
+
+
+def acting_force(pushes: Sequence[Push], time: float) -> tuple[float, float]:
+    """The sum of the pushes at an instant (x, y) [N]; one acts for start <= time < end."""
+    force_x = force_y = 0.0
+    for push in pushes:
+        if push.start <= time < push.end:
+            force_x += push.force[0]
+            force_y += push.force[1]
+    return force_x, force_y
+
+
+def eight_directions(support_side: Side) -> dict[str, tuple[float, float]]:
+    """The `DIRECTIONS` and the diagonals between them as unit vectors, once round from forward."""
+    axes = [(name, push_direction(angle, support_side)) for name, angle in DIRECTIONS.items()]
+    directions, half = {}, math.sqrt(0.5)
+    for (name, (x, y)), (following, (next_x, next_y)) in pairwise([*axes, axes[0]]):
+        directions[name] = (x, y)
+        along, across = (name, following) if y == 0.0 else (following, name)
+        directions[f"{along}-{across}"] = (half * (x + next_x), half * (y + next_y))
+    return directions
 
 
 def parse_push(text: str) -> Push:

@@ -21,20 +21,17 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
 from surefoot.compiled import njit
-from surefoot.dcm.leg import arrival, furthest, is_reachable
+from surefoot.dcm.leg import arrival, is_reachable, reachable_interval
 from surefoot.dcm.step_solver import (
     prepare_axes,
     solve_axis,
     solve_step_record,
     write_solution,
 )
-from surefoot.dcm.viable_displacement import NODES, viable_displacement
+from surefoot.dcm.viable_displacement import NODES, value_after, viable_displacement
 from surefoot.interface import Status
-from surefoot.record import new_array
+from surefoot.record import Array, Record, Vector2, field
 from surefoot.robot.robot import Robot
 
 PARTS = 24
@@ -50,54 +47,28 @@ KEPT = 0.9
 """How much of what can be saved an offset may take; on the edge itself the gait would ride for
 ever, since every step at its best only just saves the next one."""
 
-SAVED = np.dtype(
-    [("worth", "f8", (2, 2, NODES)), ("low", "f8", (2,)), ("spacing", "f8", (2,)), ("known", "i8")]
-)
-"""What can be saved after a step by this leg, as `dcm.viable_displacement`: y counts towards the
-swing foot of the step. `known` is 0 if there is no table, for a leg without limits."""
-
 _NO_TIME_LEFT = int(Status.NO_TIME_LEFT)
 
 
-@njit(forceinline=True)
-def reachable_box(low, high, foot, velocity, left, speed, acceleration):
-    """An interval of steps cut down to what is in reach after a time, along one axis.
+class SavedAfterStep(Record):
+    """What can be saved after a step by a leg, as `ViableDisplacement` has it.
 
-    Where nothing of it is in reach, both ends are the nearest place that is.
-
-    Args:
-        low, high: of the step, from the support foot [m].
-        foot, velocity: of the swing foot, likewise [m, m/s].
-        left: time to the landing, >= 0 [s].
-        speed, acceleration: limits of the leg, may be inf [m/s, m/s^2].
-
-    Returns:
-        Least and largest step [m], and how fast each moves as the time grows, 0 at an end of the
-        interval [m/s].
+    y counts towards the swing foot of the step.
     """
-    behind = foot - furthest(-velocity, left, speed, acceleration)
-    ahead = foot + furthest(velocity, left, speed, acceleration)
-    back_rate = ahead_rate = speed
-    if acceleration < math.inf:
-        back_rate = min(speed, acceleration * left - velocity)
-        ahead_rate = min(speed, acceleration * left + velocity)
-    if behind > high:
-        return behind, behind, -back_rate, -back_rate
-    if ahead < low:
-        return ahead, ahead, ahead_rate, ahead_rate
-    low_rate = high_rate = 0.0
-    if behind > low:
-        low, low_rate = behind, -back_rate
-    if ahead < high:
-        high, high_rate = ahead, ahead_rate
-    return low, high, low_rate, high_rate
+
+    values: Array = field("m", "Z, or the part of it that counts", shape=(2, 2, NODES), default=0.0)
+    low: Vector2 = field("m", "the first step (x, y)", default=(0.0, 0.0))
+    spacing: Vector2 = field("m", "between neighbouring steps (x, y)", default=(1.0, 1.0))
+    known: int = field("", "0 if there are no tables, for a leg without limits", default=0)
 
 
 @njit(forceinline=True)
 def _cut(axis, foot, velocity, left, leg):
     """An axis whose box of steps is what is in reach, and how fast its ends move."""
     weight, nominal, low, high = axis[0]
-    low, high, low_rate, high_rate = reachable_box(low, high, foot, velocity, left, leg[0], leg[1])
+    low, high, low_rate, high_rate = reachable_interval(
+        low, high, foot, velocity, left, leg[0], leg[1], 0.0
+    )
     return ((weight, nominal, low, high), axis[1], axis[2]), low_rate, high_rate
 
 
@@ -120,17 +91,6 @@ def _of_axis(axis, growth, tau, foot, velocity, left, leg):
 
 
 @njit(forceinline=True)
-def _saved_after(saved, axis, row, place):
-    """Z after a landing, and its slope there: linear between the nodes."""
-    spacing = saved.spacing[axis]
-    part = (place - saved.low[axis]) / spacing
-    node = min(max(int(part), 0), saved.worth.shape[2] - 2)
-    left = saved.worth[axis, row, node]
-    slope = (saved.worth[axis, row, node + 1] - left) / spacing
-    return left + slope * (place - saved.low[axis] - node * spacing), slope
-
-
-@njit(forceinline=True)
 def _lost(problem, saved, side, axis, step, offset, moving, growth):
     """By how far an offset is beyond what can be saved, and how that moves with tau."""
     nominal = problem.nominal_offset[axis]
@@ -140,11 +100,13 @@ def _lost(problem, saved, side, axis, step, offset, moving, growth):
         # Across, ahead of this step is inward of the next one.
         ahead = way > 0.0
         row = (0 if ahead else 1) if axis == 0 else (1 if ahead else 0)
-        worth, slope = _saved_after(saved, axis, row, sign * step)
+        value, slope = value_after(
+            saved.values[axis, row], saved.low[axis], saved.spacing[axis], sign * step
+        )
         least = way * sign * nominal
-        if worth < least:
-            worth, slope = least, 0.0
-        beyond = way * sign * offset - worth
+        if value < least:
+            value, slope = least, 0.0
+        beyond = way * sign * offset - value
         if beyond > 0.0:
             lost = beyond
             rate = way * sign * (growth - moving) - slope * sign * moving
@@ -152,8 +114,9 @@ def _lost(problem, saved, side, axis, step, offset, moving, growth):
 
 
 @njit
-def _slope_and_cost(problem, saved, side, axes, growth, tau, now, swing, leg):
-    """The derivative over tau of value and loss, and these."""
+def _slope_and_cost(case, tau):
+    """The derivative over tau of value and loss, and these; `case` as in `solve_step_in_reach`."""
+    problem, saved, side, axes, growth, now, swing, leg = case
     left = max(math.log(tau) / leg[2] - now, 0.0)
     off = tau - problem.nominal_tau
     slope, cost = problem.tau_weight * off, problem.tau_weight * off * off
@@ -176,39 +139,39 @@ def _slope_and_cost(problem, saved, side, axes, growth, tau, now, swing, leg):
 
 
 @njit
-def _best_part(problem, saved, side, axes, growth, low, high, now, swing, leg):
+def _best_part(case, low, high):
     """The two neighbouring parts of an interval of tau whose common end costs least."""
-    first, length = math.log(low) / leg[2], math.log(high / low) / leg[2]
+    omega = case[-1][2]
+    first, length = math.log(low) / omega, math.log(high / low) / omega
     best, place = math.inf, 0
     for k in range(PARTS + 1):
-        tau = math.exp(leg[2] * (first + length * (k / PARTS) ** 2))
-        _, cost = _slope_and_cost(problem, saved, side, axes, growth, tau, now, swing, leg)
+        _, cost = _slope_and_cost(case, math.exp(omega * (first + length * (k / PARTS) ** 2)))
         if cost < best:
             best, place = cost, k
     before, after = max(place - 1, 0) / PARTS, min(place + 1, PARTS) / PARTS
     return (
-        max(math.exp(leg[2] * (first + length * before**2)), low),
-        min(math.exp(leg[2] * (first + length * after**2)), high),
+        max(math.exp(omega * (first + length * before**2)), low),
+        min(math.exp(omega * (first + length * after**2)), high),
     )
 
 
 @njit
-def _best_tau_in_reach(problem, saved, side, axes, growth, low, high, now, swing, leg):
+def _best_tau_in_reach(case, low, high):
     """The minimiser over tau in [low, high], and how often the derivative was evaluated."""
     evaluations = 2
     if high > low:
-        low, high = _best_part(problem, saved, side, axes, growth, low, high, now, swing, leg)
+        low, high = _best_part(case, low, high)
         evaluations += PARTS + 1
-    if _slope_and_cost(problem, saved, side, axes, growth, low, now, swing, leg)[0] >= 0.0:
+    if _slope_and_cost(case, low)[0] >= 0.0:
         return low, evaluations
-    if _slope_and_cost(problem, saved, side, axes, growth, high, now, swing, leg)[0] <= 0.0:
+    if _slope_and_cost(case, high)[0] <= 0.0:
         return high, evaluations
     for _ in range(HALVINGS):
         tau = 0.5 * (low + high)
         if tau <= low or tau >= high:
             break
         evaluations += 1
-        if _slope_and_cost(problem, saved, side, axes, growth, tau, now, swing, leg)[0] < 0.0:
+        if _slope_and_cost(case, tau)[0] < 0.0:
             low = tau
         else:
             high = tau
@@ -227,21 +190,21 @@ def _earliest(axes, swing, leg, soonest):
 
 
 @njit
-def solve_step_in_reach(problem, saved, side, growth_x, growth_y, now, swing, leg, solution):
+def solve_step_in_reach(problem, saved, side, growth, now, swing, leg, solution):
     """Like `solve_step_record`, for a landing that the swing foot is at in time.
 
     Args:
-        problem: a `STEP_PROBLEM` record; its `growth` is not read.
-        saved: a `SAVED` record.
+        problem: a `StepProblem` record; its `growth` is not read.
+        saved: a `SavedAfterStep` record.
         side: the foot that stands, +1 the right one, -1 the left one.
-        growth_x, growth_y: A and B [m].
+        growth: A and B [m].
         now: t, time since touchdown [s].
         swing: swing foot (x, y) relative to the support foot, and its velocity [m, m, m/s, m/s].
         leg: limits of speed and acceleration, and omega [m/s, m/s^2, 1/s].
-        solution: a `STEP_SOLUTION` record, written.
+        solution: a `StepSolution` record, written.
     """
     tau_now = math.exp(leg[2] * now)
-    solve_step_record(problem, growth_x, growth_y, tau_now, solution)
+    solve_step_record(problem, growth[0], growth[1], tau_now, solution)
     left = max(math.log(solution.tau) / leg[2] - now, 0.0)
     in_reach = True
     for i in range(2):
@@ -250,7 +213,7 @@ def solve_step_in_reach(problem, saved, side, growth_x, growth_y, now, swing, le
     if in_reach:
         return
     x_axis, y_axis, _, status = prepare_axes(problem)
-    axes, growth = (x_axis, y_axis), (growth_x, growth_y)
+    axes = (x_axis, y_axis)
     low, high = max(problem.tau_min, tau_now), problem.tau_max
     if low > high:
         high = low
@@ -259,27 +222,25 @@ def solve_step_in_reach(problem, saved, side, growth_x, growth_y, now, swing, le
     earliest = _earliest(axes, swing, leg, soonest)
     if earliest > soonest:
         low = min(math.exp(leg[2] * (now + earliest)), high)
-    tau, evaluations = _best_tau_in_reach(
-        problem, saved, side, axes, growth, low, high, now, swing, leg
-    )
+    case = (problem, saved, side, axes, growth, now, swing, leg)
+    tau, evaluations = _best_tau_in_reach(case, low, high)
     left = max(math.log(tau) / leg[2] - now, 0.0)
     x_cut, _, _ = _cut(x_axis, swing[0], swing[2], left, leg)
     y_cut, _, _ = _cut(y_axis, swing[1], swing[3], left, leg)
     evaluations += solution.iterations
     solution.status, solution.iterations = status, evaluations
-    write_solution(problem, x_cut, y_cut, growth_x, growth_y, tau, solution)
+    write_solution(problem, x_cut, y_cut, growth[0], growth[1], tau, solution)
 
 
-def saved_by(robot: Robot) -> NDArray[np.void]:
-    """The `SAVED` record of a robot, shape (1,).
+def saved_by(robot: Robot) -> SavedAfterStep:
+    """What a robot can save after a step.
 
     Raises:
         RobotError: the leg is too slow to step at all.
     """
-    saved = new_array(SAVED)
-    saved["spacing"] = 1.0
-    if robot.swing.is_limited:
-        tables = viable_displacement(robot)
-        saved["worth"], saved["known"] = KEPT * tables.values, 1
-        saved["low"], saved["spacing"] = tables.low, tables.spacing
-    return saved
+    if not robot.swing.is_limited:
+        return SavedAfterStep()
+    tables = viable_displacement(robot)
+    return SavedAfterStep(
+        values=KEPT * tables.values, low=tables.low, spacing=tables.spacing, known=1
+    )

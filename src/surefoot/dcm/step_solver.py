@@ -18,12 +18,7 @@ from collections.abc import Callable
 from functools import cache
 
 from surefoot.compiled import entry_point, njit
-from surefoot.dcm.step_problem import (
-    STEP_PROBLEM,
-    STEP_SOLUTION,
-    StepProblem,
-    StepSolution,
-)
+from surefoot.dcm.step_problem import StepProblem, StepSolution
 from surefoot.interface import Status
 from surefoot.record import new_array
 
@@ -37,7 +32,7 @@ VIOLATION_TOLERANCE = 1e-6
 """A larger violation of the soft offset bounds is reported in the status, as a fraction of the
 longer side of the step box."""
 
-_LEAST_WEIGHT = 1e-16
+_MIN_WEIGHT = 1e-16
 """Relative floor of the weights: where the problem has many solutions, the nearest to nominal."""
 
 _OFFSET_VIOLATED = int(Status.OFFSET_VIOLATED)
@@ -58,18 +53,23 @@ def solve_step(problem: StepProblem) -> StepSolution:
     Returns:
         The minimiser. Where weights of zero leave many, the one nearest to nominal.
     """
-    solution = new_array(STEP_SOLUTION)
+    solution = new_array(StepSolution.DTYPE)
     _compiled()(problem.array, solution)
     return StepSolution.of(solution)
 
 
 @njit(forceinline=True)
-def prepare_axis(weight, nominal, low, high, d_weight, penalty, d_nominal, d_low, d_high):
+def prepare_axis(step, offset):
     """One axis, ready to be evaluated: its numbers, and what every evaluation divides by.
 
     The derivative of the cost of the offset over d has the slope `outside` beyond both offset
     bounds, and `inside` between them (with both penalties there if the bounds are crossed).
+
+    Args:
+        step: weight, nominal value and bounds of the step [1/m^2, m, m, m].
+        offset: weight, penalty, nominal value and bounds of d [1/m^2, 1/m^2, m, m, m].
     """
+    weight, (d_weight, penalty, d_nominal, d_low, d_high) = step[0], offset
     inside = d_weight if d_low <= d_high else d_weight + 2.0 * penalty
     outside = d_weight + penalty
     first, second = min(d_low, d_high), max(d_low, d_high)
@@ -78,7 +78,7 @@ def prepare_axis(weight, nominal, low, high, d_weight, penalty, d_nominal, d_low
     pull_second = d_weight * (second - d_nominal) + penalty * max(second - d_high, 0.0)
     pull_second -= penalty * max(d_low - second, 0.0)
     return (
-        (weight, nominal, low, high),
+        step,
         (first, second, pull_first, pull_second),
         (inside, outside, 1.0 / (weight + inside), 1.0 / (weight + outside)),
     )
@@ -156,12 +156,13 @@ def _slope_of_value(tau, tau_weight, nominal_tau, growth_x, growth_y, x_axis, y_
 
 @njit
 def _bisect_kinks(
-    low, high, evaluations, tau_weight, nominal_tau, growth_x, growth_y, x_axis, y_axis
+    bracket, evaluations, tau_weight, nominal_tau, growth_x, growth_y, x_axis, y_axis
 ):
     """`best_tau` from a bracket: cut it at every kink inside, until it holds one piece only.
 
     A function of its own: it is rarely needed, and too long to be compiled into its caller.
     """
+    low, high = bracket
     kinks_x, kinks_y = axis_kinks(x_axis), axis_kinks(y_axis)
     for i in range(8):
         kink = kinks_x[i] / growth_x if i < 4 else kinks_y[i - 4] / growth_y
@@ -213,13 +214,13 @@ def best_tau(low, high, tau_weight, nominal_tau, growth_x, growth_y, x_axis, y_a
         tau, previous = min(max(tau - gradient / curvature, low), high), piece
 
     return _bisect_kinks(
-        low, high, evaluations, tau_weight, nominal_tau, growth_x, growth_y, x_axis, y_axis
+        (low, high), evaluations, tau_weight, nominal_tau, growth_x, growth_y, x_axis, y_axis
     )
 
 
 @njit(forceinline=True)
 def prepare_axes(problem):
-    """Both axes of a `STEP_PROBLEM` record, ready to be evaluated; the weight on tau; the status.
+    """Both axes of a `StepProblem` record, ready to be evaluated; the weight on tau; the status.
 
     A box of steps that is empty collapses to its middle.
     """
@@ -233,18 +234,18 @@ def prepare_axes(problem):
     if y_low > y_high:
         y_low = y_high = 0.5 * (y_low + y_high)
     step_weight, offset_weight = problem.step_weight, problem.offset_weight
-    floor = _LEAST_WEIGHT * max(
+    floor = _MIN_WEIGHT * max(
         1.0, problem.tau_weight, step_weight[0], step_weight[1], offset_weight[0], offset_weight[1]
     )
     x_axis = prepare_axis(
-        max(step_weight[0], floor), problem.nominal_step[0], x_low, x_high,
-        max(offset_weight[0], floor), problem.offset_penalty, problem.nominal_offset[0],
-        problem.offset_min[0], problem.offset_max[0],
+        (max(step_weight[0], floor), problem.nominal_step[0], x_low, x_high),
+        (max(offset_weight[0], floor), problem.offset_penalty, problem.nominal_offset[0],
+         problem.offset_min[0], problem.offset_max[0]),
     )  # fmt: skip
     y_axis = prepare_axis(
-        max(step_weight[1], floor), problem.nominal_step[1], y_low, y_high,
-        max(offset_weight[1], floor), problem.offset_penalty, problem.nominal_offset[1],
-        problem.offset_min[1], problem.offset_max[1],
+        (max(step_weight[1], floor), problem.nominal_step[1], y_low, y_high),
+        (max(offset_weight[1], floor), problem.offset_penalty, problem.nominal_offset[1],
+         problem.offset_min[1], problem.offset_max[1]),
     )  # fmt: skip
     return x_axis, y_axis, max(problem.tau_weight, floor), status
 
@@ -273,11 +274,11 @@ def solve_step_record(problem, growth_x, growth_y, tau_now, solution):
     """`solve_step` over records, with what changes from cycle to cycle beside the problem.
 
     Args:
-        problem: a `STEP_PROBLEM` record; its `growth` is not read.
+        problem: a `StepProblem` record; its `growth` is not read.
         growth_x: A [m].
         growth_y: B [m].
         tau_now: e^(omega t): no landing before now.
-        solution: a `STEP_SOLUTION` record, written.
+        solution: a `StepSolution` record, written.
     """
     x_axis, y_axis, tau_weight, status = prepare_axes(problem)
     tau_low, tau_high = max(problem.tau_min, tau_now), problem.tau_max
@@ -300,4 +301,4 @@ def _solve_first(problems, solutions):
 
 @cache
 def _compiled() -> Callable[..., None]:
-    return entry_point(_solve_first, STEP_PROBLEM, STEP_SOLUTION)
+    return entry_point(_solve_first, StepProblem, StepSolution)

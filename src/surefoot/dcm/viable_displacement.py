@@ -21,15 +21,14 @@ reaches c widens both ends by exactly c. Own derivation; the viable set without 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from surefoot.compiled import njit
 from surefoot.dcm.leg import arrival, furthest
 from surefoot.errors import RobotError
+from surefoot.record import Array, Record, Vector2, field
 from surefoot.robot.robot import Robot, Swing
 
 NODES = 101
@@ -40,6 +39,9 @@ TOLERANCE = 1e-13
 
 _ROUNDS = 20
 """How often the values follow the same landings before these are chosen again."""
+
+BEHIND = (-1.0, 1.0)
+"""Where a step l leaves the new swing foot, per l, in the frame of its own step: x, y."""
 
 _SLACK = 1e-12
 """Fraction of a time limit that rounding may exceed."""
@@ -60,32 +62,46 @@ def interpolate(values, low: float, spacing: float, landing: float) -> float:
     return values[node] + (place - node) * (values[node + 1] - values[node])
 
 
-@njit
-def landing_worth(
-    values, low: float, spacing: float, sign: float, foot: float, velocity: float,
-    earliest: float, latest: float, speed: float, acceleration: float, omega: float, landing: float,
-) -> float:  # fmt: skip
-    """What one landing is worth now, e^(-omega T) (sign l + Z(l)) [m]; -inf if out of reach.
+@njit(forceinline=True)
+def value_after(values, low, spacing, place):
+    """Z after a landing, and its slope there: linear between nodes, and beyond the last ones.
 
-    Arguments as of `displacement_to_come`.
+    Args:
+        values: Z at low, low + spacing, ... [m].
+        low, spacing: of the nodes [m].
+        place: of the landing [m].
     """
+    part = (place - low) / spacing
+    node = min(max(int(part), 0), values.shape[0] - 2)
+    left = values[node]
+    slope = (values[node + 1] - left) / spacing
+    return left + slope * (place - low - node * spacing), slope
+
+
+@njit
+def landing_value(tables, after, axis, sign, swing, times, landing) -> float:
+    """The value of one landing now, e^(-omega T) (sign l + Z(l)) [m]; -inf if out of reach.
+
+    Args:
+        tables, after, axis, sign, swing, times: as of `displacement_to_come`.
+        landing: l [m].
+    """
+    (foot, velocity), (earliest, latest) = swing, times
+    speed, acceleration, omega = tables.max_speed, tables.max_acceleration, tables.omega
     time = arrival(landing - foot, velocity, earliest, speed, acceleration)
     if time > latest * (1.0 + _SLACK):
         return -math.inf
-    worth = sign * landing + interpolate(values, low, spacing, landing)
-    if worth > 0.0:
-        return worth * math.exp(-omega * time)
+    value = sign * landing + interpolate(after, tables.low[axis], tables.spacing[axis], landing)
+    if value > 0.0:
+        return value * math.exp(-omega * time)
     late = arrival(landing - foot, velocity, latest, speed, acceleration)
     # A fast foot that will run past the place has to land before.
-    return worth * math.exp(-omega * (latest if late <= latest * (1.0 + _SLACK) else time))
+    return value * math.exp(-omega * (latest if late <= latest * (1.0 + _SLACK) else time))
 
 
 @njit
-def displacement_to_come(
-    values, low: float, spacing: float, sign: float, foot: float, velocity: float,
-    earliest: float, latest: float, speed: float, acceleration: float, omega: float,
-) -> tuple[float, float]:  # fmt: skip
-    """The best landing of the step under way, and what it is worth now.
+def displacement_to_come(tables, after, axis, sign, swing, times) -> tuple[float, float]:
+    """The best landing of the step under way, and its value now.
 
     The maximum over l of e^(-omega T) (sign l + Z(l)) for the piecewise linear Z: at a node, at a
     corner of the reach, or where the derivative is zero. With an unlimited acceleration its
@@ -93,32 +109,27 @@ def displacement_to_come(
     land at once and to come up to speed first may both be good, and every interval is searched.
 
     Args:
-        values: Z at evenly spaced landings, the table of what comes AFTER the landing [m].
-        low, spacing: of the landings [m].
+        tables: a `ViableDisplacement` record, of which the nodes and the leg count.
+        after: Z at its nodes, the table of what comes AFTER the landing [m].
+        axis: 0 for x, 1 for y.
         sign: +1 for a displacement along the axis, -1 against it.
-        foot, velocity: of the swing foot [m, m/s], in the axis of the landings.
-        earliest, latest: least and largest time from now to the landing [s].
-        speed, acceleration: V and A, limits of the swing foot, may be inf [m/s, m/s^2].
-        omega: natural frequency [1/s].
+        swing: swing foot and its velocity, in the axis of the landings [m, m/s].
+        times: least and largest time from now to the landing [s].
 
     Returns:
         The displacement [m] and the landing [m]; -inf if no landing can be reached in time.
     """
-    last = values.shape[0] - 1
+    last, low, spacing = after.shape[0] - 1, tables.low[axis], tables.spacing[axis]
+    speed, acceleration = tables.max_speed, tables.max_acceleration
+    (foot, velocity), (earliest, latest) = swing, times
     landing = min(max(foot, low), low + last * spacing)
-    best = landing_worth(
-        values, low, spacing, sign, foot, velocity,
-        earliest, latest, speed, acceleration, omega, landing,
-    )  # fmt: skip
+    best = landing_value(tables, after, axis, sign, swing, times, landing)
     nearest = min(int((landing - low) / spacing), last)
     for node in range(last + 1):
         place = low + node * spacing
-        worth = landing_worth(
-            values, low, spacing, sign, foot, velocity,
-            earliest, latest, speed, acceleration, omega, place,
-        )  # fmt: skip
-        if worth > best:
-            best, landing, nearest = worth, place, node
+        value = landing_value(tables, after, axis, sign, swing, times, place)
+        if value > best:
+            best, landing, nearest = value, place, node
     if speed == math.inf and acceleration == math.inf:
         return best, landing
     first, final = max(nearest - 1, 0), min(nearest + 1, last - 1)
@@ -131,22 +142,19 @@ def displacement_to_come(
         )
         for node in range(first, final + 1):
             start = low + node * spacing
-            slope = sign + (values[node + 1] - values[node]) / spacing
-            level = sign * start + values[node]
+            slope = sign + (after[node + 1] - after[node]) / spacing
+            level = sign * start + after[node]
             still = _stationary(
-                level, slope, foot - start, velocity, way, speed, acceleration, omega
-            )  # fmt: skip
+                level, slope, foot - start, velocity, way, speed, acceleration, tables.omega
+            )
             for k in range(5):
                 place = corners[k] if k < 2 else start + still[k - 2]
                 if abs(place - start - 0.5 * spacing) > spacing:
                     continue
                 place = min(max(place, start), start + spacing)
-                worth = landing_worth(
-                    values, low, spacing, sign, foot, velocity,
-                    earliest, latest, speed, acceleration, omega, place,
-                )  # fmt: skip
-                if worth > best:
-                    best, landing = worth, place
+                value = landing_value(tables, after, axis, sign, swing, times, place)
+                if value > best:
+                    best, landing = value, place
     return best, landing
 
 
@@ -178,14 +186,14 @@ def _stationary(level, slope, foot, velocity, way, speed, acceleration, omega):
 
 
 @njit
-def _fixed_point(
-    values, low, spacing, behind, earliest, latest, speed, acceleration, omega, tolerance
-):  # fmt: skip
-    """Find both tables of an axis, in place; step l leaves the swing foot at `behind` l, at rest.
+def _fixed_point(axis, tolerance, tables):
+    """Find both tables of an axis of a `ViableDisplacement`, to a tolerance [m].
 
     Every landing at its best, then some rounds with these landings kept, until nothing moves: each
     round is a contraction by at least e^(-omega T_min), so it ends.
     """
+    low, spacing, values = tables.low[axis], tables.spacing[axis], tables.values[axis]
+    times = (tables.step_duration[0], tables.step_duration[1])
     landings = np.empty_like(values)
     change = math.inf
     while change > tolerance:
@@ -193,45 +201,37 @@ def _fixed_point(
         for kept in range(_ROUNDS):
             for k in range(2):
                 # Across, the next foot's inward is this foot's outward: the sides alternate.
-                after, sign = values[k] if behind < 0.0 else values[1 - k], 1.0 - 2.0 * k
+                after, sign = values[k] if axis == 0 else values[1 - k], 1.0 - 2.0 * k
                 for node in range(values.shape[1]):
-                    foot = behind * (low + node * spacing)
+                    # At rest, where the step just taken has left it.
+                    swing = (BEHIND[axis] * (low + node * spacing), 0.0)
                     if kept:
-                        values[k, node] = landing_worth(
-                            after, low, spacing, sign, foot, 0.0,
-                            earliest, latest, speed, acceleration, omega, landings[k, node],
-                        )  # fmt: skip
+                        values[k, node] = landing_value(
+                            tables, after, axis, sign, swing, times, landings[k, node]
+                        )
                         continue
-                    worth, landings[k, node] = displacement_to_come(
-                        after, low, spacing, sign, foot, 0.0,
-                        earliest, latest, speed, acceleration, omega,
-                    )  # fmt: skip
-                    change = max(change, abs(worth - values[k, node]))
-                    values[k, node] = worth
+                    value, landings[k, node] = displacement_to_come(
+                        tables, after, axis, sign, swing, times
+                    )
+                    change = max(change, abs(value - values[k, node]))
+                    values[k, node] = value
 
 
-@dataclass(frozen=True)
-class ViableDisplacement:
-    """The tables Z of a robot, on evenly spaced steps.
+class ViableDisplacement(Record):
+    """The tables Z of a robot, on evenly spaced steps."""
 
-    Attributes:
-        low: the first step (x, y), in y as a width towards the swing foot [m].
-        spacing: between neighbouring steps (x, y) [m].
-        values: Z, shape (2, 2, NODES) [m]: axis x or y, then along the axis or against it (forward,
-            backward; outward, inward), then the step just taken. Read-only.
-        step_duration: T_min, T_max [s].
-        max_speed: V [m/s].
-        max_acceleration: A [m/s^2].
-        omega: natural frequency [1/s].
-    """
-
-    low: tuple[float, float]
-    spacing: tuple[float, float]
-    values: NDArray[np.float64]
-    step_duration: tuple[float, float]
-    max_speed: float
-    max_acceleration: float
-    omega: float
+    low: Vector2 = field("m", "the first step (x, y), in y as a width towards the swing foot")
+    spacing: Vector2 = field("m", "between neighbouring steps (x, y)")
+    values: Array = field(
+        "m",
+        "Z by axis x or y, then along the axis or against it (forward, backward; outward, inward), "
+        "then the step just taken",
+        shape=(2, 2, NODES),
+    )
+    step_duration: Vector2 = field("s", "T_min, T_max")
+    max_speed: float = field("m/s", "V, may be inf")
+    max_acceleration: float = field("m/s^2", "A, may be inf")
+    omega: float = field("1/s", "natural frequency")
 
     def after_step(self, axis: int, sign: int, step: float) -> float:
         """Z: the largest viable offset `sign` e right after a step, for a point foot [m].
@@ -242,7 +242,7 @@ class ViableDisplacement:
             step: the step just taken, in y its width [m].
         """
         table = self.values[axis, 0 if sign > 0 else 1]
-        return float(interpolate(table, self.low[axis], self.spacing[axis], step))
+        return float(interpolate(table, float(self.low[axis]), float(self.spacing[axis]), step))
 
     def in_step(
         self, axis: int, sign: int, foot: float, elapsed: float, foot_velocity: float = 0.0
@@ -261,14 +261,13 @@ class ViableDisplacement:
         """
         against = 0 if sign > 0 else 1
         after = self.values[axis, against if axis == 0 else 1 - against]
-        shortest, longest = self.step_duration
+        shortest, longest = (float(time) for time in self.step_duration)
         earliest = max(shortest - elapsed, 0.0)
-        worth, _ = displacement_to_come(
-            after, self.low[axis], self.spacing[axis], float(sign), foot, foot_velocity,
-            earliest, max(longest - elapsed, earliest),
-            self.max_speed, self.max_acceleration, self.omega,
+        value, _ = displacement_to_come(
+            self.array[0], after, axis, float(sign), (float(foot), float(foot_velocity)),
+            (earliest, max(longest - elapsed, earliest)),
         )  # fmt: skip
-        return float(worth)
+        return float(value)
 
 
 @lru_cache(maxsize=64)
@@ -281,20 +280,19 @@ def viable_displacement(robot: Robot) -> ViableDisplacement:
     backward, forward = robot.gait.step_x
     swing, longest = robot.swing, robot.gait.step_duration[1]
     _check_way_back(swing, abs(forward + backward), longest)
-    low = (backward, robot.hip + robot.gait.step_y[0])
     width = (forward - backward, robot.gait.step_y[1] - robot.gait.step_y[0])
-    spacing = (width[0] / (NODES - 1), width[1] / (NODES - 1))
-    values = np.zeros((2, 2, NODES))
-    for axis, behind in enumerate((-1.0, 1.0)):
-        _fixed_point(
-            values[axis], low[axis], spacing[axis], behind, *robot.gait.step_duration,
-            swing.max_speed, swing.max_acceleration, robot.omega, TOLERANCE * width[axis],
-        )  # fmt: skip
-    values.flags.writeable = False
-    return ViableDisplacement(
-        low, spacing, values, robot.gait.step_duration,
-        swing.max_speed, swing.max_acceleration, robot.omega,
-    )  # fmt: skip
+    tables = ViableDisplacement(
+        low=(backward, robot.hip + robot.gait.step_y[0]),
+        spacing=(width[0] / (NODES - 1), width[1] / (NODES - 1)),
+        values=0.0,
+        step_duration=robot.gait.step_duration,
+        max_speed=swing.max_speed,
+        max_acceleration=swing.max_acceleration,
+        omega=robot.omega,
+    )
+    for axis in range(2):
+        _fixed_point(axis, TOLERANCE * width[axis], tables.array[0])
+    return tables
 
 
 def _check_way_back(swing: Swing, way: float, time: float) -> None:

@@ -9,10 +9,10 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
-from surefoot.live.colours import GHOST, rgb
+from surefoot.live.figure import GHOST, rgb
 from surefoot.robot.multibody import Multibody
-from surefoot.rollout.snapshot import Glimpse
-from surefoot.show.elevation import shown_groups
+from surefoot.rollout.snapshot import Snapshot
+from surefoot.show.off_screen import shown_groups
 
 DARKEST = 60
 """Mean of red, green and blue of a shape, so that a black robot shows its joints."""
@@ -52,11 +52,11 @@ class BodyFigure:
                 position=model.geom_pos[geom], wxyz=model.geom_quat[geom],
             )  # fmt: skip
 
-    def show(self, glimpse: Glimpse) -> None:
+    def show(self, snapshot: Snapshot) -> None:
         """Take the pose of an instant."""
-        if glimpse.position is None:
+        if snapshot.position is None:
             return
-        self._data.qpos[:] = glimpse.position
+        self._data.qpos[:] = snapshot.position
         mujoco.mj_kinematics(self._model, self._data)
         for body, frame in self._links.items():
             frame.position, frame.wxyz = self._data.xpos[body], self._data.xquat[body]

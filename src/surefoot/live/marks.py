@@ -9,14 +9,15 @@ from typing import Any
 
 import numpy as np
 
-from surefoot.dcm.next_landing import viable_landings
-from surefoot.live.colours import REGION, rgb
-from surefoot.live.figure import SIDES
-from surefoot.live.quaternions import about_z, z_towards
+from surefoot.dcm.viability import viable_landings
+from surefoot.live.figure import SIDES, about_z, rgb, z_towards
 from surefoot.robot.feet import Side
 from surefoot.robot.robot import Robot
-from surefoot.rollout.snapshot import Glimpse
+from surefoot.rollout.snapshot import Snapshot
 from surefoot.show import palette
+
+REGION = palette.ADAPTED
+"""Colour of the landings that can still be saved."""
 
 PRINTS = 14
 """Footprints that are left behind."""
@@ -117,15 +118,15 @@ class Marks:
             name, rgb(colour), (*size, FLAT), opacity=opacity, visible=False, cast_shadow=False
         )
 
-    def show(self, glimpse: Glimpse) -> None:
+    def show(self, snapshot: Snapshot) -> None:
         """Draw an instant."""
-        shown, seen = self._shown, glimpse.observation
-        if glimpse.time < self._time:
+        shown, seen = self._shown, snapshot.observation
+        if snapshot.time < self._time:
             # Played again: what it left behind is still to come.
             self._used, self._last = [False] * PRINTS, None
-        self._time = glimpse.time
-        x, y = glimpse.floor_zmp
-        com = np.array([*seen["com"], glimpse.com_height])
+        self._time = snapshot.time
+        x, y = snapshot.floor_zmp
+        com = np.array([*seen["com"], snapshot.com_height])
         self._com.visible = self._pendulum.visible = shown("com")
         self._com.position = com
         there = math.isfinite(x)
@@ -137,14 +138,14 @@ class Marks:
             self._pendulum.scale = (1.0, 1.0, _coarse(float(np.linalg.norm(com - foot))))
         self._dcm.visible = shown("dcm")
         self._dcm.position = np.array([*seen["dcm"], 0.0])
-        self._show_soles(glimpse)
-        self._show_landing(glimpse)
-        self._show_push(glimpse, com)
+        self._show_soles(snapshot)
+        self._show_landing(snapshot)
+        self._show_push(snapshot, com)
 
-    def _show_soles(self, glimpse: Glimpse) -> None:
-        soles, carrying = glimpse.soles(), 0 if glimpse.support is Side.LEFT else 1
+    def _show_soles(self, snapshot: Snapshot) -> None:
+        soles, carrying = snapshot.soles(), 0 if snapshot.support is Side.LEFT else 1
         for row, plate in enumerate(self._support):
-            plate.visible = self._shown("support") and (glimpse.both_feet or row == carrying)
+            plate.visible = self._shown("support") and (snapshot.both_feet or row == carrying)
             plate.position = (*soles[row, :2], HEIGHTS["support"])
             plate.wxyz = about_z(float(soles[row, 3]))
         foot = (float(soles[carrying, 0]), float(soles[carrying, 1]))
@@ -159,9 +160,9 @@ class Marks:
         for used, one in zip(self._used, self._prints, strict=True):
             one.visible = used and self._shown("prints")
 
-    def _show_landing(self, glimpse: Glimpse) -> None:
-        seen, command = glimpse.observation, glimpse.command
-        walking = not glimpse.both_feet
+    def _show_landing(self, snapshot: Snapshot) -> None:
+        seen, command = snapshot.observation, snapshot.command
+        walking = not snapshot.both_feet
         self._next.visible = walking and self._shown("next")
         self._next.position = (*command["step_location"], HEIGHTS["next"])
         yaw = float(seen["support_yaw"])
@@ -177,8 +178,8 @@ class Marks:
             self._region.position, self._region.wxyz = (*middle, HEIGHTS["region"]), about_z(yaw)
             self._region.scale = (_coarse(high[0] - low[0]), _coarse(high[1] - low[1]), 1.0)
 
-    def _show_push(self, glimpse: Glimpse, com: Any) -> None:
-        force = np.array([*glimpse.force, 0.0])
+    def _show_push(self, snapshot: Snapshot, com: Any) -> None:
+        force = np.array([*snapshot.force, 0.0])
         strength = float(np.linalg.norm(force))
         self._shaft.visible = self._head.visible = strength > 0.0 and self._shown("push")
         if strength == 0.0:

@@ -10,17 +10,15 @@ import threading
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 from surefoot.dcm.pushes import Push
 from surefoot.errors import SurefootError
-from surefoot.interface import Controller
-from surefoot.live.sample import SAMPLING, Sample, sample_of
-from surefoot.live.story import Story
-from surefoot.robot.robot import Robot
+from surefoot.live.story import SAMPLING, Sample, Story, sample_of
 from surefoot.rollout.rollout import Rollout
-from surefoot.rollout.snapshot import Glimpse
+from surefoot.rollout.snapshot import Snapshot
 from surefoot.worlds.steering import Steering
+from surefoot.worlds.walk import Walk
 
 PUSH_DURATION = 0.2
 """Of every push, as everywhere [s]."""
@@ -33,57 +31,6 @@ LARGEST_IMPULSE = 300.0
 
 REMEMBERED = 6.0
 """How much of the past the charts show [s]."""
-
-
-class Walk(Protocol):
-    """What goes on and on: `SteeredPoint` or `SteeredBody`."""
-
-    steering: Steering
-
-    @property
-    def robot(self) -> Robot:
-        """The one that walks."""
-        ...
-
-    @property
-    def controller(self) -> Controller:
-        """What decides, for the velocity of now."""
-        ...
-
-    @property
-    def time(self) -> float:
-        """Now [s]."""
-        ...
-
-    @property
-    def fallen(self) -> bool:
-        """Whether it is down."""
-        ...
-
-    @property
-    def decision_time(self) -> float:
-        """How long the last answer took [s]."""
-        ...
-
-    def steer(self, steering: Steering) -> None:
-        """Walk elsewhere."""
-        ...
-
-    def push(self, push: Push) -> None:
-        """Push it."""
-        ...
-
-    def step(self) -> None:
-        """One cycle."""
-        ...
-
-    def glimpse(self) -> Glimpse:
-        """What there is to see of the last cycle."""
-        ...
-
-    def rollout(self) -> Rollout:
-        """The walk so far."""
-        ...
 
 
 @dataclass(frozen=True)
@@ -107,13 +54,13 @@ class View(NamedTuple):
     """One instant of a run: who walks, since which cast, and what there is to see of both."""
 
     casts: int
-    walk: Walk
-    ghost: Walk | None
-    seen: Glimpse
-    ghost_seen: Glimpse | None
+    walk: Walk[Any]
+    ghost: Walk[Any] | None
+    seen: Snapshot
+    ghost_seen: Snapshot | None
 
 
-MakeWalk = Callable[[Choice, str, Steering], Walk]
+MakeWalk = Callable[[Choice, str, Steering], Walk[Any]]
 """A walk of the chosen robot with the controller of this key, steered from the start."""
 
 
@@ -141,7 +88,7 @@ class LiveRun:
         self._wanted = choice
         self._begin(self._cast(choice, steering), choice, steering)
 
-    def _cast(self, choice: Choice, steering: Steering) -> tuple[Walk, Walk | None]:
+    def _cast(self, choice: Choice, steering: Steering) -> tuple[Walk[Any], Walk[Any] | None]:
         """Walk and ghost, ready to be seen; this may take seconds."""
         walk = self._make(choice, choice.controller, steering)
         ghost = self._make(choice, choice.ghost, steering) if choice.ghost else None
@@ -150,7 +97,9 @@ class LiveRun:
                 one.step()
         return walk, ghost
 
-    def _begin(self, cast: tuple[Walk, Walk | None], choice: Choice, steering: Steering) -> None:
+    def _begin(
+        self, cast: tuple[Walk[Any], Walk[Any] | None], choice: Choice, steering: Steering
+    ) -> None:
         self.walk, self.ghost = cast
         self.choice, self.steering = choice, steering
         self.story = Story(self.walk.controller.gait, self.walk.robot, steering.velocity)
@@ -234,13 +183,11 @@ class LiveRun:
                 return
             impulse = min(max(impulse, 0.0), LARGEST_IMPULSE)
             self._pushed_until = self.walk.time + PUSH_DURATION
-            glimpse = self.walk.glimpse()
-            angle = direction + float(glimpse.observation["support_yaw"])
-            force = impulse / PUSH_DURATION
-            push = Push(
-                self.walk.time, PUSH_DURATION, (force * math.cos(angle), force * math.sin(angle))
-            )
-            self.story.pushed(push, direction, glimpse)
+            snapshot = self.walk.snapshot()
+            angle = direction + float(snapshot.observation["support_yaw"])
+            towards = math.cos(angle), math.sin(angle)
+            push = Push.of_impulse(impulse, towards, self.walk.time, PUSH_DURATION)
+            self.story.pushed(push, direction, snapshot)
             for one in (self.walk, self.ghost):
                 if one is not None and not one.fallen:
                     one.push(push)
@@ -261,18 +208,18 @@ class LiveRun:
                 ghost.step()
 
     def _sample(self) -> None:
-        glimpse = self.walk.glimpse()
-        self.samples.append(sample_of(glimpse, self._slowest))
+        snapshot = self.walk.snapshot()
+        self.samples.append(sample_of(snapshot, self._slowest))
         self._slowest, self._next_sample = 0.0, self.walk.time + SAMPLING
-        self.story.watch(glimpse, self.walk.controller.gait, self.steering.velocity)
+        self.story.watch(snapshot, self.walk.controller.gait, self.steering.velocity)
         if self.walk.fallen:
             self.story.fell(self.walk.rollout())
 
     def view(self) -> View:
         """What there is to see now."""
         with self._lock:
-            ghost = None if self.ghost is None else self.ghost.glimpse()
-            return View(self.casts, self.walk, self.ghost, self.walk.glimpse(), ghost)
+            ghost = None if self.ghost is None else self.ghost.snapshot()
+            return View(self.casts, self.walk, self.ghost, self.walk.snapshot(), ghost)
 
     def sentence(self) -> str:
         """What happens, in plain words."""

@@ -10,7 +10,7 @@ import numpy as np
 from surefoot.live.figure import Figure
 from surefoot.live.marks import Marks
 from surefoot.robot.robot import Robot
-from surefoot.rollout.snapshot import Glimpse
+from surefoot.rollout.snapshot import Snapshot
 
 ASIDE = 1.4
 """How far to the left of the walk its ghost walks: behind it, as a tab begins to look [m]."""
@@ -67,15 +67,15 @@ class Stage:
             self._scene.add_frame(aside, show_axes=False, position=(0.0, ASIDE, 0.0))
             self._figures.append((ghost(self._scene, f"{aside}/ghost", TRANSPARENT), None))
 
-    def show(self, glimpse: Glimpse, ghost: Glimpse | None) -> None:
+    def show(self, snapshot: Snapshot, ghost: Snapshot | None) -> None:
         """Draw an instant of both walks."""
-        for (figure, marks), one in zip(self._figures, (glimpse, ghost), strict=False):
+        for (figure, marks), one in zip(self._figures, (snapshot, ghost), strict=False):
             if one is None:
                 continue
             figure.show(one)
             if marks is not None:
                 marks.show(one)
-        place = np.asarray(glimpse.observation["com"], float)
+        place = np.asarray(snapshot.observation["com"], float)
         if self._view is None or np.abs(place - self._view).max() > 2.0:
             self._view = place.copy()
         self._view = self._view + FOLLOWING * (place - self._view)

@@ -1,9 +1,10 @@
-"""What happens in a walk, in a plain sentence: what the push was, and what became of the step."""
+"""What happens in a walk, in a sentence and as samples: the push, and what became of the step."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,8 +15,11 @@ from surefoot.interface import Status
 from surefoot.robot.feet import Footstep
 from surefoot.robot.robot import Robot
 from surefoot.rollout.rollout import Rollout
-from surefoot.rollout.snapshot import Glimpse
-from surefoot.show.walk_words import DIRECTIONS, fall_evidence, velocity_words
+from surefoot.rollout.snapshot import Snapshot
+from surefoot.show.words import direction_words, fall_evidence, velocity_words
+
+SAMPLING = 0.02
+"""How often a sample is taken [s]."""
 
 SAME_PLACE, SAME_TIME = 0.01, 0.01
 """A landing that differs by less is the same [m, s]."""
@@ -23,6 +27,30 @@ SAME_PLACE, SAME_TIME = 0.01, 0.01
 BACK, BACK_STEPS = 0.03, 2
 """How near the DCM offset of a touchdown is to the gait's, in so many steps in a row, of a robot
 that is back in its gait [m]."""
+
+
+class Sample(NamedTuple):
+    """One instant for the charts: (x, y) along and across the standing sole [m], and times [s]."""
+
+    time: float
+    dcm: tuple[float, float]
+    zmp: tuple[float, float]
+    step_duration: float
+    decision_time: float
+
+
+def sample_of(snapshot: Snapshot, decision_time: float) -> Sample:
+    """The sample of an instant, with the longest decision since the last one [s]."""
+    seen = snapshot.observation
+    foot, yaw = seen["support_foot"], float(seen["support_yaw"])
+    zmp = [a - b for a, b in zip(snapshot.floor_zmp, foot, strict=True)]
+    return Sample(
+        snapshot.time,
+        rotated(seen["dcm"] - foot, -yaw),
+        rotated(zmp, -yaw),
+        float(snapshot.command["step_duration"]),
+        decision_time,
+    )
 
 
 @dataclass(frozen=True)
@@ -36,12 +64,12 @@ class _Plan:
 
 
 class Story:
-    """Told what happens, it says it.
+    """The sentence of a walk: it is given every push and every instant.
 
     Args:
         gait: nominal.
         robot: who walks.
-        velocity: commanded [m/s]; the gait of a body is told another one, to make up for errors.
+        velocity: commanded [m/s]; that of a body's gait differs, to make up for errors.
 
     Attributes:
         sentence: the latest.
@@ -59,51 +87,51 @@ class Story:
         every = f"a step every {self._gait.step_duration:.2f} s"
         return f"Walking: {velocity_words(self._velocity)}, {every}."
 
-    def pushed(self, push: Push, direction: float, glimpse: Glimpse) -> None:
+    def pushed(self, push: Push, direction: float, snapshot: Snapshot) -> None:
         """A push begins.
 
         Args:
             push: it.
             direction: from the robot's own forward, counter-clockwise [rad].
-            glimpse: of the moment before.
+            snapshot: of the moment before.
         """
         impulse = math.hypot(*push.impulse)
-        towards = DIRECTIONS[round(direction / (0.25 * math.pi)) % 8]
+        towards = direction_words(direction)
         self._push = f"Pushed {impulse:.0f} N s {towards} ({impulse / self._robot.mass:.2f} m/s)"
-        self._plan, self._landed = _plan_of(glimpse), ""
+        self._plan, self._landed = _plan_of(snapshot), ""
         self._acts_until = push.end
         self._steps = self._back = 0
         self.sentence = f"{self._push}."
 
-    def watch(self, glimpse: Glimpse, gait: NominalGait, velocity: tuple[float, float]) -> None:
+    def watch(self, snapshot: Snapshot, gait: NominalGait, velocity: tuple[float, float]) -> None:
         """Time has passed; gait and velocity are those of now."""
         if velocity != self._velocity and not self._push:
             self._landed = ""
-        self._gait, self._velocity, began = gait, velocity, _began(glimpse)
+        self._gait, self._velocity, began = gait, velocity, _began(snapshot)
         touched = abs(began - self._began) > 1e-6 and math.isfinite(self._began)
         self._began = began
         if not self._push:
             if not self._landed:
-                self.sentence = "Standing." if glimpse.both_feet else self._walking()
+                self.sentence = "Standing." if snapshot.both_feet else self._walking()
             return
         if self._plan is not None:
-            self._compare(self._plan, glimpse, began)
+            self._compare(self._plan, snapshot, began)
         elif touched:
             self._steps += 1
-            self._count_back(glimpse)
+            self._count_back(snapshot)
 
-    def _compare(self, plan: _Plan, glimpse: Glimpse, began: float) -> None:
+    def _compare(self, plan: _Plan, snapshot: Snapshot, began: float) -> None:
         """The landing as it is planned now, or as it was, against the one before the push."""
         if abs(began - plan.began) < 1e-6:
-            place, time = glimpse.command["step_location"], _plan_of(glimpse).time
+            place, time = snapshot.command["step_location"], _plan_of(snapshot).time
             verb = ""
         else:
-            place, time, verb = glimpse.observation["support_foot"], began, "landed "
+            place, time, verb = snapshot.observation["support_foot"], began, "landed "
             self._plan = None
         change = _changes(np.asarray(place) - plan.landing, time - plan.time, plan.yaw)
-        if verb and not change and glimpse.time < self._acts_until:
+        if verb and not change and snapshot.time < self._acts_until:
             # The push began just before this touchdown: the next landing answers it.
-            self._plan = self._nominal_plan(glimpse)
+            self._plan = self._nominal_plan(snapshot)
             return
         if change:
             words = f"{verb}{change}" if verb else f"landing {change}"
@@ -112,17 +140,17 @@ class Story:
         self._landed = f"{self._push}: {words}"
         self.sentence = f"{self._landed}."
 
-    def _nominal_plan(self, glimpse: Glimpse) -> _Plan:
+    def _nominal_plan(self, snapshot: Snapshot) -> _Plan:
         """The step that begins, as it would be without a push."""
-        seen, gait, began = glimpse.observation, self._gait, _began(glimpse)
+        seen, gait, began = snapshot.observation, self._gait, _began(snapshot)
         yaw = float(seen["support_yaw"])
-        landing = seen["support_foot"] + np.array(rotated(gait.step(glimpse.support), yaw))
+        landing = seen["support_foot"] + np.array(rotated(gait.step(snapshot.support), yaw))
         return _Plan(began, landing, began + gait.step_duration, yaw)
 
-    def _count_back(self, glimpse: Glimpse) -> None:
-        seen, gait = glimpse.observation, self._gait
+    def _count_back(self, snapshot: Snapshot) -> None:
+        seen, gait = snapshot.observation, self._gait
         yaw = float(seen["support_yaw"])
-        wanted = np.array(rotated(gait.start_offset(glimpse.support), yaw))
+        wanted = np.array(rotated(gait.start_offset(snapshot.support), yaw))
         away = float(np.linalg.norm(seen["dcm"] - seen["support_foot"] - wanted))
         self._back = self._back + 1 if away < BACK else 0
         if self._back < BACK_STEPS:
@@ -175,17 +203,17 @@ def _at_the_end(robot: Robot, side: int, step: tuple[float, float]) -> bool:
     )
 
 
-def _began(glimpse: Glimpse) -> float:
-    return float(glimpse.observation["time"] - glimpse.observation["elapsed"])
+def _began(snapshot: Snapshot) -> float:
+    return float(snapshot.observation["time"] - snapshot.observation["elapsed"])
 
 
-def _plan_of(glimpse: Glimpse) -> _Plan:
-    began, command = _began(glimpse), glimpse.command
+def _plan_of(snapshot: Snapshot) -> _Plan:
+    began, command = _began(snapshot), snapshot.command
     return _Plan(
         began,
         np.array(command["step_location"]),
         began + float(command["step_duration"]),
-        float(glimpse.observation["support_yaw"]),
+        float(snapshot.observation["support_yaw"]),
     )
 
 
@@ -196,7 +224,6 @@ def _changes(away: np.ndarray, late: float, yaw: float) -> str:
         said.append(f"{abs(late):.2f} s {'late' if late > 0.0 else 'early'}")
     distance = float(np.linalg.norm(away))
     if distance > SAME_PLACE:
-        angle = math.atan2(away[1], away[0]) - yaw
-        towards = DIRECTIONS[round(angle / (0.25 * math.pi)) % 8]
+        towards = direction_words(math.atan2(away[1], away[0]) - yaw)
         said.append(f"{distance:.2f} m further {towards}")
     return " and ".join(said)

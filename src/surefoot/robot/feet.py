@@ -5,6 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import IntEnum
 
+FEET = ("left", "right")
+"""Order of all arrays with an entry for each foot."""
+
 
 class Side(IntEnum):
     """The foot that is ON THE GROUND; its value is s, the sign of "towards the swing foot" in y.

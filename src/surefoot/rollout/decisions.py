@@ -1,8 +1,9 @@
-"""What a controller had in mind in every cycle of a walk, found out by deciding it all again.
+"""What a controller decided in every cycle of a walk: taken down on the way, or decided again.
 
-A rollout keeps what was seen and commanded, not why. But states are values and controllers are
-deterministic: what was seen gives the same states again, to the bit. So the decisions of a walk
-that was saved long ago can still be had, and a walk costs no memory for what nobody asks.
+A rollout keeps what was seen and commanded, not why. A `DecisionLog` that watches a walk keeps the
+decisions as they are made. And states are values and controllers are
+deterministic: what was seen gives the same states again, to the bit. So `decisions` finds those of
+a walk that was saved long ago, and a walk costs no memory for decisions that are not needed.
 """
 
 from __future__ import annotations
@@ -22,11 +23,43 @@ from surefoot.rollout.rollout import Rollout
 
 @runtime_checkable
 class Decider(Controller, Protocol):
-    """A controller that tells what it decided."""
+    """A controller that keeps its decision in its state."""
 
     def decision(self, state: NDArray[np.void]) -> Decision:
         """What was decided in the cycle that led to this state."""
         ...
+
+
+class Deciding(Protocol):
+    """What is watched: the world of a walk."""
+
+    @property
+    def controller(self) -> Controller:
+        """What decides."""
+        ...
+
+    @property
+    def state(self) -> NDArray[np.void]:
+        """The controller's, after its last decision."""
+        ...
+
+
+class DecisionLog:
+    """Takes down the `Decision` of every cycle: `simulate(controller, watch=DecisionLog())`."""
+
+    def __init__(self) -> None:
+        self._found: list[NDArray[np.void]] = []
+
+    def __call__(self, world: Deciding) -> None:
+        """Take down the decision that led to the state of now."""
+        decision = getattr(world.controller, "decision", None)
+        if decision is not None:
+            self._found.append(decision(world.state).array)
+
+    @property
+    def records(self) -> NDArray[np.void]:
+        """As of `decisions`; empty for a controller that keeps none."""
+        return stack(self._found, DECISION)
 
 
 def decisions(controller: Controller, rollout: Rollout) -> NDArray[np.void]:
@@ -51,13 +84,14 @@ def decisions(controller: Controller, rollout: Rollout) -> NDArray[np.void]:
             type(controller).__name__,
             "walk with that one",
         )
+    decider: Decider = controller
     pending = list(rollout.velocities[1:])
     found = []
     for cycle, time in enumerate(rollout.time):
         while pending and time >= pending[0][0]:
-            controller = controller.with_velocity(pending.pop(0)[1])
+            decider = decider.with_velocity(pending.pop(0)[1])
         seen = Observation.of(rollout.seen[cycle : cycle + 1])
-        command, state = controller.step(state, seen)
+        command, state = decider.step(state, seen)
         if command.array.tobytes() != rollout.commands[cycle : cycle + 1].tobytes():
             raise ParameterError(
                 f"the controller that walked, {rollout.controller}({rollout.controller_parameters})"
@@ -65,5 +99,5 @@ def decisions(controller: Controller, rollout: Rollout) -> NDArray[np.void]:
                 f"one that decides otherwise at {time:.3f} s",
                 "make it with the same robot, velocity and parameters",
             )
-        found.append(controller.decision(state).array)
+        found.append(decider.decision(state).array)
     return stack(found, DECISION)

@@ -1,5 +1,10 @@
-"""What a walk is disturbed by besides pushes: what is seen of it is wrong, late or noisy, and the
-feet land elsewhere or at another time than they are to.
+"""What a walk is disturbed by besides pushes: what is measured of it is wrong, late or noisy, and
+the feet land elsewhere or at another time than they are to.
+
+Random numbers are functions of where they are used, not of what was drawn before: the number of a
+seed, a step, a cycle and a channel is a hash of the four, splitmix64 (Steele, Lea, Flood 2014). So
+a walk has the same noise compiled or not, alone or among others, on any number of threads, and from
+any cycle on.
 
 A plant of another mass or height is a disturbance too: `simulate` takes it as `plant`.
 """
@@ -14,9 +19,8 @@ import numpy as np
 from surefoot.checks import check_number, check_pair, check_seed
 from surefoot.compiled import njit
 from surefoot.control.estimator import MOST_CYCLES
-from surefoot.rollout.noise import noise_key, normal_pair, uniform
 
-SIGHT = np.dtype(
+SENSOR_ERRORS = np.dtype(
     [
         ("dcm_noise", "f8"),
         ("velocity_noise", "f8"),
@@ -26,8 +30,8 @@ SIGHT = np.dtype(
         ("seed", "i8"),
     ],
 )
-"""Parameters of what is seen: as in `Disturbance`, with the delay in cycles; `omega` is the natural
-frequency that makes a DCM of a velocity, the one the controller believes in [1/s]."""
+"""Parameters of what is measured: as in `Disturbance`, with the delay in cycles; `omega` is the
+natural frequency that makes a DCM of a velocity, the one the controller believes in [1/s]."""
 
 DELAY_LINE = np.dtype(
     [
@@ -40,10 +44,16 @@ DELAY_LINE = np.dtype(
 
 _POSITION, _VELOCITY, _LANDING = range(3)
 
+_STEP = np.uint64(0x9E3779B97F4A7C15)
+_FIRST = np.uint64(0xBF58476D1CE4E5B9)
+_SECOND = np.uint64(0x94D049BB133111EB)
+_30, _27, _31, _11 = np.uint64(30), np.uint64(27), np.uint64(31), np.uint64(11)
+_UNIT = 2.0**-53
+
 
 @dataclass(frozen=True)
 class Disturbance:
-    """What is wrong with what a controller sees, and with where and when its feet land.
+    """What is wrong with what is measured, and with where and when feet land.
 
     The pendulum's estimate (`com`, `com_velocity`, `dcm`) may be noisy, late and off. Clock, own
     feet and contact are not: encoders, gyroscopes and foot switches are fast and good.
@@ -88,57 +98,103 @@ class Disturbance:
 
     @property
     def blurs(self) -> bool:
-        """Whether a controller sees anything but the truth."""
+        """Whether anything but the truth is measured."""
         noisy = self.dcm_noise > 0.0 or self.velocity_noise > 0.0
         return noisy or self.delay > 0.0 or self.com_offset != (0.0, 0.0)
 
 
 @njit
-def look(sight, world, line, seen):
-    """What is seen of the world in this cycle: late, then off, then noisy.
-
-    Before the first cycle nothing was seen: until the delay has passed, that is what is seen.
-
-    Args:
-        sight: a `SIGHT` record.
-        world: a `LIPM_WORLD` record.
-        line: a `DELAY_LINE` record; moved on by a cycle if there is a delay.
-        seen: an `OBSERVATION` record that is a copy of the truth, changed.
-    """
-    if sight.delay > 0:
-        _wait(sight.delay, line, seen)
-    seen.com[0] += sight.com_offset[0]
-    seen.com[1] += sight.com_offset[1]
-    if sight.dcm_noise > 0.0 or sight.velocity_noise > 0.0:
-        key = noise_key(sight.seed, world.steps, world.cycle)
-        noise_x, noise_y = normal_pair(key, _POSITION)
-        seen.com[0] += sight.dcm_noise * noise_x
-        seen.com[1] += sight.dcm_noise * noise_y
-        noise_x, noise_y = normal_pair(key, _VELOCITY)
-        seen.com_velocity[0] += sight.velocity_noise * noise_x
-        seen.com_velocity[1] += sight.velocity_noise * noise_y
-    for i in range(2):
-        seen.dcm[i] = seen.com[i] + seen.com_velocity[i] / sight.omega
+def mixed(bits):
+    """One output of splitmix64 from the state `bits`, all of them uint64."""
+    bits = bits + _STEP
+    bits = (bits ^ (bits >> _30)) * _FIRST
+    bits = (bits ^ (bits >> _27)) * _SECOND
+    return bits ^ (bits >> _31)
 
 
 @njit
-def _wait(delay, line, seen):
+def noise_key(seed: int, steps: int, cycle: int):
+    """What all channels of one control cycle have in common, a uint64.
+
+    Args:
+        seed: of the walk.
+        steps: finished before this cycle.
+        cycle: since the last touchdown.
+    """
+    return mixed(mixed(mixed(np.uint64(seed)) ^ np.uint64(steps)) ^ np.uint64(cycle))
+
+
+@njit
+def uniform(key, channel: int) -> float:
+    """A number in (0, 1], uniformly distributed.
+
+    Args:
+        key: of `noise_key`.
+        channel: which of the numbers of this cycle.
+    """
+    bits = mixed(key ^ np.uint64(channel))
+    return (np.float64(bits >> _11) + 0.5) * _UNIT
+
+
+@njit
+def normal_pair(key, channel: int) -> tuple[float, float]:
+    """Two independent numbers, normally distributed with mean 0 and variance 1: Box and Muller.
+
+    Args:
+        key: of `noise_key`.
+        channel: which pair of this cycle; no other may use the channels 2 `channel` and the next.
+    """
+    radius = math.sqrt(-2.0 * math.log(uniform(key, 2 * channel)))
+    angle = 2.0 * math.pi * uniform(key, 2 * channel + 1)
+    return radius * math.cos(angle), radius * math.sin(angle)
+
+
+@njit
+def disturb(errors, world, line, measured):
+    """What is measured of the world in this cycle: late, then off, then noisy.
+
+    Until the delay has passed, the first measurement is repeated.
+
+    Args:
+        errors: a `SENSOR_ERRORS` record.
+        world: a `LIPM_WORLD` record.
+        line: a `DELAY_LINE` record; moved on by a cycle if there is a delay.
+        measured: an `OBSERVATION` record that is a copy of the truth, changed.
+    """
+    if errors.delay > 0:
+        _wait(errors.delay, line, measured)
+    measured.com[0] += errors.com_offset[0]
+    measured.com[1] += errors.com_offset[1]
+    if errors.dcm_noise > 0.0 or errors.velocity_noise > 0.0:
+        key = noise_key(errors.seed, world.steps, world.cycle)
+        noise_x, noise_y = normal_pair(key, _POSITION)
+        measured.com[0] += errors.dcm_noise * noise_x
+        measured.com[1] += errors.dcm_noise * noise_y
+        noise_x, noise_y = normal_pair(key, _VELOCITY)
+        measured.com_velocity[0] += errors.velocity_noise * noise_x
+        measured.com_velocity[1] += errors.velocity_noise * noise_y
+    for i in range(2):
+        measured.dcm[i] = measured.com[i] + measured.com_velocity[i] / errors.omega
+
+
+@njit
+def _wait(delay, line, measured):
     """Put CoM and velocity into the line, and take out those of `delay` cycles ago."""
     new = line.count % MOST_CYCLES
     for i in range(2):
-        line.com[new, i] = seen.com[i]
-        line.com_velocity[new, i] = seen.com_velocity[i]
+        line.com[new, i] = measured.com[i]
+        line.com_velocity[new, i] = measured.com_velocity[i]
     old = max(line.count - delay, 0) % MOST_CYCLES
     for i in range(2):
-        seen.com[i] = line.com[old, i]
-        seen.com_velocity[i] = line.com_velocity[old, i]
+        measured.com[i] = line.com[old, i]
+        measured.com_velocity[i] = line.com_velocity[old, i]
     line.count += 1
 
 
 @njit
 def misplace(error, seed, steps, observation):
     """Shift the foot that has just touched the ground, in a direction of its own [m]."""
-    # A cycle of no number: what is seen has its noise from the cycles that have one.
+    # A cycle of no number: what is measured has its noise from the cycles that have one.
     angle = 2.0 * math.pi * uniform(noise_key(seed, steps, -1), _LANDING)
     observation.swing_foot[0] += error * math.cos(angle)
     observation.swing_foot[1] += error * math.sin(angle)

@@ -8,14 +8,16 @@ the cause.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from surefoot.robot.robot import STANDARD_GRAVITY
 from surefoot.rollout.fall_signs import SIGNS, FallCause, FallenWalk, Sign
-from surefoot.rollout.trace import BodyTrace
+
+if TYPE_CHECKING:
+    from surefoot.rollout.trace import BodyTrace
 
 Array = NDArray[Any]
 

@@ -22,10 +22,16 @@ from numpy.typing import NDArray
 
 from surefoot.checks import optional_module
 from surefoot.errors import FileError
-from surefoot.rollout.log_topics import drawn_topics
-from surefoot.rollout.parts import RECORDS, Arrays, Parts, other_records, without_end
-from surefoot.rollout.ros_messages import Topic, definition, full_name, named_array
-from surefoot.rollout.trace import FEET, TIMELESS
+from surefoot.robot.feet import FEET
+from surefoot.rollout.files import RECORDS, Arrays, Parts, other_records, without_end
+from surefoot.rollout.ros_messages import (
+    Topic,
+    definition,
+    drawn_topics,
+    full_name,
+    named_array,
+)
+from surefoot.rollout.trace import TIMELESS
 
 CHUNK = 128 * 1024
 """Size of the pieces that are compressed by themselves [B]; at most one is lost with its end."""

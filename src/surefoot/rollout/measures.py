@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from surefoot.geometry import rotated_by, wrapped
 from surefoot.rollout.rollout import Rollout
-from surefoot.rollout.speed import last_command
 from surefoot.rollout.trace import BodyTrace
 
 Array = NDArray[Any]
@@ -43,9 +42,9 @@ class BodyMeasures:
         clearance: lowest corner of the sole in the middle of a swing: least, and median of all
             steps; None before a step is done [m].
         scuffs: steps in which the sole touched the ground in the middle of its swing.
-        estimate: root mean squares of the errors of what the walker was told while walking, by
+        estimate: root mean squares of the errors of what the controller was given while walking, by
             name; empty if it was the truth [m, m/s, rad].
-        cycle_time: median and 99 % of estimate and walker together, wall clock [s].
+        cycle_time: median and 99 % of estimate and decision together, wall clock [s].
         real_time_factor: time walked over time computed, physics included [-].
     """
 
@@ -114,7 +113,7 @@ def _speed(
     rollout: Rollout, trace: BodyTrace
 ) -> tuple[tuple[float, float] | None, tuple[float, float]]:
     """Velocity held under the last command to walk, over whole pairs of steps, and that command."""
-    held, last = rollout.held_speed, last_command(trace)
+    held, last = rollout.held_speed, trace.last_command
     return None if held is None else held.velocity, (0.0, 0.0) if last is None else last[1]
 
 
@@ -151,8 +150,8 @@ def _estimate(rollout: Rollout, trace: BodyTrace) -> dict[str, float]:
     rows = trace.walking
     if not len(trace.told_position) or not rows.any():
         return {}
-    told, truth = rollout.seen[rows], rollout.observations[rows]
-    dcm = (told["dcm"] - told["support_foot"]) - (truth["dcm"] - truth["support_foot"])
+    given, truth = rollout.seen[rows], rollout.observations[rows]
+    dcm = (given["dcm"] - given["support_foot"]) - (truth["dcm"] - truth["support_foot"])
     place = trace.told_position[rows, :3] - trace.position[rows, :3]
     velocity = trace.told_velocity[rows, :3] - trace.velocity[rows, :3]
     # Twice the vector part of the quaternion that turns one base into the other.

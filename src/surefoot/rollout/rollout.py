@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import warnings
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,21 +22,21 @@ from surefoot.plugins import load, places
 from surefoot.robot.feet import Footstep, Side
 from surefoot.robot.robot import Robot
 from surefoot.rollout.disturbance import Disturbance
-from surefoot.rollout.fall import BodyFall, find_fall
-from surefoot.rollout.files import read_rollout, write_rollout
+from surefoot.rollout.files import read_rollout, same_bits, write_rollout
 from surefoot.rollout.outcome import (
     MONITOR,
     Fall,
     Outcome,
-    has_walked_on,
     is_settled,
     mean_velocity,
     settled_rule,
     watch_all,
 )
-from surefoot.rollout.parts import same_bits
-from surefoot.rollout.speed import HeldSpeed, held_speed
-from surefoot.rollout.trace import BodyTrace
+
+if TYPE_CHECKING:
+    # Of the walks of bodies only, and loaded with these.
+    from surefoot.rollout.fall import BodyFall
+    from surefoot.rollout.trace import BodyTrace, HeldSpeed
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,10 +52,10 @@ class Rollout:
         fallen: whether the run ended with a fall; not known, and False, if its end is lost.
         observations: what the world did, one `OBSERVATION` record a cycle; all arrays, the outcome
             and the pictures are of it.
-        seen: what the controller was told, likewise; the very same array, if left out: the truth.
+        seen: what the controller was given, likewise; the very same array, if left out: the truth.
         commands: what it answered, one `COMMAND` record a cycle; the last one was not carried out.
         decision_time: how long each answer took, wall clock [s]; not part of a comparison.
-        disturbance: of what it saw, and of its landings.
+        disturbance: of what was measured, and of its landings.
         estimator: parameters of the one between, as text; empty if there was none.
         version: of Surefoot.
         body: what the mechanism did, if it was a body in physics; None for a point mass.
@@ -222,30 +222,20 @@ class Rollout:
             return Outcome.CUT_SHORT
         if self.fallen:
             return Outcome.FELL
-        pushed = any(push.start < self.time[-1] for push in self.pushes)
         if self.body is not None:
-            return self._body_outcome()
+            return self.body.outcome(self)
         rule = settled_rule(self.robot, self.velocity, self.settled_error)
         if not is_settled(self._monitor[0], rule[0]):
             return Outcome.UNSETTLED
+        pushed = any(push.start < self.time[-1] for push in self.pushes)
         return Outcome.RECOVERED if pushed else Outcome.WALKED
 
     @cached_property
     def held_speed(self) -> HeldSpeed | None:
-        """How a body held the speed it was told; None for a point mass, or if it is too soon."""
+        """How a body held its commanded speed; None for a point mass, or if it is too soon."""
         if self.body is None:
             return None
-        return held_speed(self.time, self.footsteps, self.pushes, self.commands, self.body)
-
-    def _body_outcome(self) -> Outcome:
-        end = float(self.time[-1])
-        begun = [push for push in self.pushes if push.start < end]
-        if self.held_speed is not None and not self.held_speed.is_held:
-            return Outcome.UNSETTLED
-        if not begun:
-            return Outcome.WALKED
-        on = has_walked_on(self.robot, self.footsteps, begun, end)
-        return Outcome.RECOVERED if on else Outcome.UNSETTLED
+        return self.body.held_speed(self)
 
     @cached_property
     def fall(self) -> Fall | None:
@@ -281,7 +271,7 @@ class Rollout:
         """Why the body fell, if one did."""
         if not self.fallen or self.body is None:
             return None
-        return find_fall(self.observations, self.commands, self.body)
+        return self.body.fall(self)
 
     def plot(self, path: str | Path) -> None:
         """Draw the walk: top view, and x and y over time.
@@ -304,18 +294,40 @@ class Rollout:
             raise MissingExtraError("pictures", "plot") from error
         draw(self, Path(path))
 
-    def save(self, path: str | Path) -> None:
+    def since(self, cycle: int) -> Rollout:
+        """The walk of a point mass from a cycle on.
+
+        Args:
+            cycle: the first one of the part.
+        """
+        begin = float(self.time[cycle])
+        before = [velocity for at, velocity in self.velocities if at <= begin]
+        later = [one for one in self.velocities if one[0] > begin]
+        same = self.seen is self.observations
+        return replace(
+            self,
+            velocities=((begin, before[-1]), *later),
+            pushes=tuple(push for push in self.pushes if push.end > begin),
+            observations=self.observations[cycle:],
+            commands=self.commands[cycle:],
+            decision_time=self.decision_time[cycle:],
+            seen=self.seen[:0] if same else self.seen[cycle:],
+        )
+
+    def save(self, path: str | Path, **beside: NDArray[Any]) -> None:
         """Write everything to a file.
 
         Args:
             path: file to write, ending in .npz (a NumPy archive) or .mcap (a log for ROS 2, which
                 Foxglove and PlotJuggler open too; `load_rollout` reads what is whole of a part).
+            **beside: other arrays that an archive is to hold.
 
         Raises:
             FileError: another ending, or the file cannot be written.
             MissingExtraError: a log, and the extra `log` is not installed.
         """
-        write_rollout(Path(path), {item.name: getattr(self, item.name) for item in fields(self)})
+        values = {item.name: getattr(self, item.name) for item in fields(self)}
+        write_rollout(Path(path), values, beside)
 
     def __eq__(self, other: object) -> bool:
         return type(other) is Rollout and all(
@@ -325,6 +337,15 @@ class Rollout:
         )
 
     __hash__ = None  # type: ignore[assignment]
+
+
+def describe(value: Any) -> str:
+    """The parameters of a controller or an estimator as text, but for robot and velocity."""
+    parts = []
+    for parameter in fields(value):
+        if parameter.init and parameter.name not in ("robot", "velocity", "multibody"):
+            parts.append(f"{parameter.name}={getattr(value, parameter.name)!r}")
+    return ", ".join(parts)
 
 
 def load_rollout(path: str | Path) -> Rollout:

@@ -1,4 +1,7 @@
-"""Messages of ROS 2 in bulk: all that a topic says in a walk, as rows of bytes.
+"""Messages of ROS 2 in bulk: all that a topic says in a walk, as rows of bytes; and what is drawn.
+
+What viewers draw of a rollout (`drawn_topics`) is in the frame `world`: places, poses, joints and
+forces. None of it is read back: the exact numbers are elsewhere in the log, see `rollout.mcap_log`.
 
 A topic's messages differ in their numbers only. The library encodes one of them, with marks in
 place of the numbers; where the marks come to lie, NumPy writes the numbers of all the others.
@@ -6,7 +9,7 @@ place of the numbers; where the marks come to lie, NumPy writes the numbers of a
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from io import BytesIO
 from typing import Any
@@ -15,6 +18,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from surefoot.checks import optional_module
+from surefoot.dcm.pushes import Push, acting_force
+from surefoot.geometry import quaternions
+from surefoot.robot.feet import FEET, Side
+from surefoot.rollout.trace import BodyTrace
+
+Array = NDArray[Any]
 
 WORLD = "world"
 """The frame of everything."""
@@ -40,6 +49,9 @@ DEFINITIONS = {
     ),
 }
 """The standard definitions of the types that are used."""
+
+SIDES = (Side.LEFT, Side.RIGHT)
+"""In the order of `FEET`."""
 
 SECOND, NANOSECOND = 1_000_000_007, 1_000_000_009
 """Marks of a stamp."""
@@ -84,7 +96,7 @@ class Topic:
     name: str
     kind: str
     model: dict[str, Any]
-    values: NDArray[Any]
+    values: Array
 
     def rows(self, nanoseconds: NDArray[np.int64]) -> Iterator[bytes]:
         """Every message in CDR, at its time."""
@@ -107,12 +119,12 @@ class Topic:
             yield head + whole[start : start + length]
 
 
-def marks(values: NDArray[Any]) -> list[float]:
+def marks(values: Array) -> list[float]:
     """A number for each of a message's, unlike all others and exact in float32."""
     return [2.0**20 + 0.5 + i for i in range(values.shape[1])]
 
 
-def _places(words: NDArray[Any], wanted: list[float]) -> list[int]:
+def _places(words: Array, wanted: list[float]) -> list[int]:
     return [int(np.flatnonzero(words == mark)[0]) for mark in wanted]
 
 
@@ -134,7 +146,7 @@ def header() -> dict[str, Any]:
     return {"stamp": {"sec": SECOND, "nanosec": NANOSECOND}, "frame_id": WORLD}
 
 
-def point(name: str, places: NDArray[Any]) -> Topic:
+def point(name: str, places: Array) -> Topic:
     """Points, shape (n, 3), or (n, 2) on the ground [m]."""
     values = in_space(places)
     x, y, z = marks(values)
@@ -142,7 +154,7 @@ def point(name: str, places: NDArray[Any]) -> Topic:
     return Topic(name, "geometry_msgs/PointStamped", model, values)
 
 
-def pose(name: str, places: NDArray[Any], turns: NDArray[Any]) -> Topic:
+def pose(name: str, places: Array, turns: Array) -> Topic:
     """Places, shape (n, 3) [m], and unit quaternions (w, x, y, z), shape (n, 4)."""
     values = np.concatenate([places, turns], axis=1).astype("<f8")
     x, y, z, qw, qx, qy, qz = marks(values)
@@ -154,7 +166,7 @@ def pose(name: str, places: NDArray[Any], turns: NDArray[Any]) -> Topic:
     return Topic(name, "geometry_msgs/PoseStamped", model, values)
 
 
-def force(name: str, forces: NDArray[Any]) -> Topic:
+def force(name: str, forces: Array) -> Topic:
     """Forces without a moment, shape (n, 3), or (n, 2) if horizontal [N]."""
     values = in_space(forces)
     x, y, z = marks(values)
@@ -166,9 +178,9 @@ def force(name: str, forces: NDArray[Any]) -> Topic:
 def joints(
     name: str,
     names: Sequence[str],
-    angles: NDArray[Any],
-    rates: NDArray[Any],
-    torques: NDArray[Any],
+    angles: Array,
+    rates: Array,
+    torques: Array,
 ) -> Topic:
     """Angles, rates and torques of joints, each of shape (n, m) [rad, rad/s, N m]."""
     values = np.concatenate([angles, rates, torques], axis=1).astype("<f8")
@@ -183,7 +195,7 @@ def joints(
     return Topic(name, "sensor_msgs/JointState", model, values)
 
 
-def named_array(name: str, labels: str, values: NDArray[Any]) -> Topic:
+def named_array(name: str, labels: str, values: Array) -> Topic:
     """Arrays of numbers, shape (n, k), float64 or float32, with their names in the layout."""
     count = values.shape[1]
     dimension = {"label": labels, "size": count, "stride": count}
@@ -192,8 +204,64 @@ def named_array(name: str, labels: str, values: NDArray[Any]) -> Topic:
     return Topic(name, kind, model, values)
 
 
-def in_space(vectors: NDArray[Any]) -> NDArray[np.float64]:
+def in_space(vectors: Array) -> NDArray[np.float64]:
     """Vectors with three components: on the ground if there are but two."""
     values = np.zeros((len(vectors), 3), "<f8")
     values[:, : vectors.shape[1]] = vectors
     return values
+
+
+def drawn_topics(values: Mapping[str, Any]) -> list[Topic]:
+    """Topics of a walk, a message a cycle.
+
+    Args:
+        values: fields of a `Rollout` by name.
+    """
+    observations, commands, body = values["observations"], values["commands"], values["body"]
+    com, zmp = observations["com"], commands["zmp"]
+    if body is None:
+        height = np.full((len(com), 1), values["robot"].com_height)
+        com = np.concatenate([com, height], axis=1)
+    else:
+        com, zmp = body.com, body.zmp
+    topics = [
+        point("/com", com),
+        point("/dcm", observations["dcm"]),
+        point("/dcm_plan", commands["dcm_plan"]),
+        point("/zmp", zmp),
+        point("/step_target", commands["step_location"]),
+    ]
+    if values["pushes"]:
+        topics.append(force("/push", push_forces(values["pushes"], observations["time"])))
+    return topics + (_feet(observations) if body is None else _body(body))
+
+
+def push_forces(pushes: Sequence[Push], time: Array) -> Array:
+    """The sum of the pushes that act, shape (n, 2) [N]."""
+    forces = [acting_force(pushes, now) for now in time.tolist()]
+    return np.array(forces, np.float64).reshape(-1, 2)
+
+
+def _feet(observations: Array) -> list[Topic]:
+    """Soles of a point mass: they stay level."""
+    topics = []
+    for name, side in zip(FEET, SIDES, strict=True):
+        stands = observations["support_side"] == side
+        place = observations["swing_foot"].copy()
+        place[stands, :2], place[stands, 2] = observations["support_foot"][stands], 0.0
+        turn = np.zeros((len(place), 3))
+        turn[:, 2] = np.where(stands, observations["support_yaw"], observations["swing_yaw"])
+        topics.append(pose(f"/{name}_foot/pose", place, quaternions(turn)))
+    return topics
+
+
+def _body(body: BodyTrace) -> list[Topic]:
+    topics = [
+        pose("/base/pose", body.position[:, :3], body.position[:, 3:7]),
+        joints("/joint_states", body.joints, body.joint_angles, body.joint_velocities, body.torque),
+    ]
+    for foot, name in enumerate(FEET):
+        turns = quaternions(body.sole_turn[:, foot])
+        topics.append(pose(f"/{name}_foot/pose", body.sole_position[:, foot], turns))
+        topics.append(force(f"/{name}_foot/floor_force", body.sole_force[:, foot]))
+    return topics

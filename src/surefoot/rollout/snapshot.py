@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from surefoot.dcm.pushes import Push
+from surefoot.dcm.pushes import acting_force
 from surefoot.robot.feet import Side
 from surefoot.rollout.rollout import Rollout
 
 
 @dataclass(frozen=True)
-class Glimpse:
+class Snapshot:
     """An instant, in the world's frame.
 
     Attributes:
@@ -62,13 +61,7 @@ class Glimpse:
         return np.array([carrying, other] if self.support is Side.LEFT else [other, carrying])
 
 
-def acting_force(pushes: Sequence[Push], time: float) -> tuple[float, float]:
-    """The sum of the pushes at an instant (x, y) [N]."""
-    acting = [push.force for push in pushes if push.start <= time < push.end]
-    return sum(x for x, _ in acting), sum(y for _, y in acting)
-
-
-def glimpse_of(rollout: Rollout, cycle: int) -> Glimpse:
+def snapshot_of(rollout: Rollout, cycle: int) -> Snapshot:
     """An instant of a finished walk.
 
     Args:
@@ -76,7 +69,7 @@ def glimpse_of(rollout: Rollout, cycle: int) -> Glimpse:
         cycle: which.
     """
     body, now = rollout.body, float(rollout.time[cycle])
-    return Glimpse(
+    return Snapshot(
         observation=rollout.observations[cycle],
         command=rollout.commands[cycle],
         com_height=rollout.robot.com_height if body is None else float(body.com[cycle, 2]),

@@ -1,37 +1,46 @@
-"""What each method loses to each disturbance, as checked values: the noise-and-delay budget."""
+"""The noise-and-delay budget: what is left of each method's margin under each disturbance."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
-from surefoot.errors import ParameterError
+from matplotlib.axes import Axes
+from matplotlib.colors import LinearSegmentedColormap, Normalize
+from matplotlib.figure import Figure as Picture
+from matplotlib.patches import Rectangle
 
-UNDISTURBED = "none"
-"""Key of the walks that the others are compared with."""
+from surefoot.show import palette
+from surefoot.studies.compare.disturbances import UNDISTURBED
+from surefoot.studies.compare.question import Comparison
+from surefoot.studies.compare.scores import share, situation, survived
+from surefoot.studies.engine.cells import Row
+from surefoot.studies.engine.report import Details, Figure, Report, Table, Text, word_table
+from surefoot.studies.engine.study import Measured
+from surefoot.studies.engine.words import TIME_WORDS, percent
 
-_SITUATION = ("angle", "phase", "push_duration", "leg_speed")
+HEADING = "What is left of the margin"
+
+RULE = (
+    f"A push is survived if the robot has not fallen {TIME_WORDS} after it, with the same rule "
+    "for the undisturbed walk: under noise nobody is back on the gait. The limit is that of any "
+    "policy on the robot that is really pushed, undisturbed. Where a disturbance takes several "
+    "walks, one for each seed or direction, the worst counts."
+)
+
+_LABELS, _ROW, _COLUMN, _HEAD, _FOOT, _RIGHT = 2.45, 0.42, 0.5, 2.15, 0.85, 1.2
+_CHANGES = LinearSegmentedColormap.from_list(
+    "changes", ["#f08a3c", "#ffffff", "#5fb3e6"]
+)  # fmt: skip
+_RANGE = Normalize(-0.5, 0.5, clip=True)
+"""Change of the share, as a fraction of what it was undisturbed."""
 
 
 @dataclass(frozen=True)
-class Wrong:
-    """One disturbance.
-
-    Attributes:
-        key: its name in the rows.
-        label: its name in words.
-        walks: how many walks a scan of it takes, with one seed or offset each.
-    """
-
-    key: str
-    label: str
-    walks: int
-
-
-@dataclass(frozen=True)
-class Kept:
+class Retained:
     """What is left of the margin of one method under one disturbance; means over `cells` pushes.
 
     Attributes:
@@ -56,93 +65,181 @@ class Kept:
         return (self.share - self.before) / self.before if self.before > 0.0 else math.nan
 
 
-@dataclass(frozen=True)
-class Budget:
-    """The whole budget; made by `budget`.
-
-    Attributes:
-        methods: key and label of each method, in order of display.
-        wrongs: disturbances, in order of display.
-        kept: by the keys of method and disturbance; what was not measured is missing.
-        situations: how many pushes were asked for.
-        provenance: how and where it was measured, in words.
-    """
-
-    methods: tuple[tuple[str, str], ...]
-    wrongs: tuple[Wrong, ...]
-    kept: Mapping[tuple[str, str], Kept]
-    situations: int
-    provenance: Mapping[str, str]
-
-    @property
-    def complete(self) -> bool:
-        """Whether everything was measured on every push."""
-        return len(self.kept) == len(self.methods) * len(self.wrongs) and all(
-            one.cells == self.situations for one in self.kept.values()
-        )
+def retained(measured: Measured[Comparison]) -> dict[tuple[str, str], Retained]:
+    """What is left, by the keys of method and disturbance; what was not measured is missing."""
+    at = {(row["method"], row["disturbance"], situation(row)): row for row in measured.rows}
+    found = {}
+    for method in measured.notes["methods"]:
+        for disturbance in measured.notes["disturbances"]:
+            pair = (method["key"], disturbance["key"])
+            rows = [row for (*one, _), row in at.items() if tuple(one) == pair]
+            before = [at.get((pair[0], UNDISTURBED, situation(row))) for row in rows]
+            if rows:
+                found[pair] = _retained(list(zip(rows, before, strict=True)))
+    return found
 
 
-def budget(
-    rows: Sequence[Mapping[str, Any]],
-    methods: Sequence[Mapping[str, Any]],
-    disturbances: Sequence[Mapping[str, Any]],
-    provenance: Mapping[str, str],
-) -> Budget:
-    """What the rows of a comparison with disturbances come to.
-
-    Args:
-        rows: with the cell, `impulse`, `step`, `scanned`, `survived_mean` and `limit_finite` [N s].
-        methods: with `key` and `label`, in order of display.
-        disturbances: with `key`, `label` and `walks`, in order of display.
-        provenance: how and where it was measured, in words.
-
-    Raises:
-        ParameterError: there are no rows.
-    """
-    if not rows:
-        raise ParameterError("rows of a comparison", "none", "measure something")
-    named = tuple((one["key"], one["label"]) for one in methods)
-    wrongs = tuple(Wrong(one["key"], one["label"], one["walks"]) for one in disturbances)
-    at = {(row["method"], row["disturbance"], _situation(row)): row for row in rows}
-    situations = sorted({_situation(row) for row in rows})
-    kept = {}
-    for method, _ in named:
-        for wrong in wrongs:
-            pairs = [
-                (at[method, wrong.key, here], at.get((method, UNDISTURBED, here)))
-                for here in situations
-                if (method, wrong.key, here) in at
-            ]
-            if pairs:
-                kept[method, wrong.key] = _kept(pairs)
-    return Budget(named, wrongs, kept, len(situations), dict(provenance))
-
-
-def _kept(pairs: Sequence[tuple[Mapping[str, Any], Mapping[str, Any] | None]]) -> Kept:
+def _retained(pairs: Sequence[tuple[Row, Row | None]]) -> Retained:
     both = [(row, before) for row, before in pairs if before is not None]
-    return Kept(
-        share=_mean(_share(_survived(row), row) for row, _ in pairs),
-        lost=_mean(_survived(before) - _survived(row) for row, before in both),
-        mean_share=_mean(_share(row["survived_mean"], row) for row, _ in pairs),
+    return Retained(
+        share=_mean(share(row) for row, _ in pairs),
+        lost=_mean(survived(before) - survived(row) for row, before in both),
+        mean_share=_mean(share(row, survives="survived_mean") for row, _ in pairs),
         mean_lost=_mean(before["survived_mean"] - row["survived_mean"] for row, before in both),
-        before=_mean(_share(_survived(before), before) for _, before in both),
+        before=_mean(share(before) for _, before in both),
         cells=len(pairs),
     )
 
 
-def _situation(row: Mapping[str, Any]) -> tuple[float, ...]:
-    return tuple(row[name] for name in _SITUATION)
-
-
-def _survived(row: Mapping[str, Any]) -> float:
-    return min(max(row["impulse"] - row["step"], 0.0), row["scanned"])
-
-
-def _share(survived: float, row: Mapping[str, Any]) -> float:
-    limit = row["limit_finite"]
-    return min(survived / limit, 1.0) if limit > 0.0 else math.nan
-
-
-def _mean(values: Any) -> float:
+def _mean(values: Iterable[float]) -> float:
     finite = [value for value in values if not math.isnan(value)]
     return math.fsum(finite) / len(finite) if finite else math.nan
+
+
+def budget_report(measured: Measured[Comparison]) -> Report:
+    """The report of a comparison with disturbances."""
+    found = retained(measured)
+    pushes = len({situation(row) for row in measured.rows})
+    methods, disturbances = measured.notes["methods"], measured.notes["disturbances"]
+    drawn = [one for one in disturbances if one["walks"] > 1]
+
+    def table(
+        title: str, words: Callable[[Retained], str], rows: Sequence[dict[str, Any]] = disturbances
+    ) -> Table:
+        lines = []
+        for one in rows:
+            kept = [found.get((method["key"], one["key"])) for method in methods]
+            label = one["label"] + (f" ({one['walks']} walks)" if one["walks"] > 1 else "")
+            lines.append((label, *("–" if each is None else words(each) for each in kept)))
+        return Table(title, "", ("disturbance", *(m["label"] for m in methods)), lines)
+
+    parts: list[Any] = [
+        Text(RULE),
+        Text(f"Means over {pushes} pushes."),
+        Figure(
+            "budget.png",
+            "Share of the limit of every method under every disturbance",
+            partial(budget_figure, measured),
+        ),
+        table("Share of the limit that is kept", lambda kept: percent(kept.share)),
+        table("Change against undisturbed [N s]", lambda kept: lost_words(kept.lost)),
+    ]
+    if drawn:
+        mean = table(
+            "", lambda kept: f"{percent(kept.mean_share)}, {lost_words(kept.mean_lost)}", drawn
+        )
+        parts.append(Details("The same as means over all walks of a disturbance", [mean]))
+    whole = len(found) == len(methods) * len(disturbances)
+    if not whole or any(one.cells < pushes for one in found.values()):
+        parts.append(Text("Not everything was measured on every push: – was not measured."))
+    parts.append(Details("Provenance", [word_table(("what", "value"), measured.provenance)]))
+    return Report("budget", HEADING, (measured.provenance.get("robot", ""),), parts)
+
+
+def lost_words(lost: float) -> str:
+    """What was lost as a change, with its sign and a real minus; – if it is not known [N s]."""
+    if math.isnan(lost):
+        return "–"
+    text = f"{-lost:+.1f}" if abs(lost) < 9.95 else f"{-lost:+.0f}"
+    return "0" if float(text) == 0.0 else text.replace("-", "\N{MINUS SIGN}")
+
+
+def budget_figure(measured: Measured[Comparison]) -> Picture:
+    """A field for each method (row) and disturbance (column): share of the limit, and N s lost.
+
+    Args:
+        measured: what was measured.
+
+    Returns:
+        A figure of its own, not known to pyplot.
+    """
+    methods, disturbances = measured.notes["methods"], measured.notes["disturbances"]
+    rows, columns = len(methods), len(disturbances)
+    width = max(_LABELS + _COLUMN * columns + _RIGHT, 7.0)
+    height = _HEAD + _ROW * rows + _FOOT
+    figure = Picture(figsize=(width, height), facecolor="white")
+    box = (_LABELS, _FOOT, _COLUMN * columns, _ROW * rows)
+    ax = figure.add_axes(
+        (box[0] / width, box[1] / height, box[2] / width, box[3] / height),
+    )  # fmt: skip
+    ax.set_xlim(0.0, columns)
+    ax.set_ylim(rows, 0.0)
+    ax.set_yticks([row + 0.5 for row in range(rows)])
+    ax.set_yticklabels([method["label"] for method in methods], fontsize=8.5)
+    ax.xaxis.tick_top()
+    ax.set_xticks([column + 0.5 for column in range(columns)])
+    ax.set_xticklabels(
+        [one["label"] for one in disturbances], fontsize=8.0, rotation=45.0, ha="left",
+        rotation_mode="anchor",
+    )  # fmt: skip
+    ax.tick_params(length=0.0)
+    for spine in ax.spines.values():
+        spine.set_visible(False)
+    found = retained(measured)
+    for row, method in enumerate(methods):
+        for column, one in enumerate(disturbances):
+            pair = (method["key"], one["key"])
+            _draw_field(ax, row, column, found.get(pair), pair)
+    robot = measured.provenance.get("robot", "")
+    figure.suptitle(
+        "  ·  ".join(part for part in (robot, "what is left of the margin") if part),
+        x=0.25 / width, y=1.0 - 0.14 / height, ha="left", va="top", fontsize=12.0,
+        fontweight="bold",
+    )  # fmt: skip
+    _explain(figure, width, height)
+    return figure
+
+
+def _draw_field(
+    ax: Axes, row: int, column: int, kept: Retained | None, pair: tuple[str, str]
+) -> None:
+    colour = "#f0f0f0"
+    if kept is not None and pair[1] != UNDISTURBED and not math.isnan(kept.change):
+        colour = _CHANGES(_RANGE(kept.change))
+    ax.add_patch(
+        Rectangle(
+            (column, row),
+            1.0,
+            1.0,
+            facecolor=colour,
+            edgecolor="white",
+            linewidth=1.5,
+            gid=f"field-{pair[0]}-{pair[1]}",
+        )
+    )  # fmt: skip
+    if kept is None:
+        ax.text(column + 0.5, row + 0.5, "–", ha="center", va="center", color=palette.QUIET)
+        return
+    alone = pair[1] == UNDISTURBED or math.isnan(kept.lost)
+    ax.text(
+        column + 0.5, row + (0.5 if alone else 0.36), f"{100.0 * kept.share:.0f}",
+        ha="center", va="center", fontsize=9.0, fontweight="bold" if alone else "normal",
+    )  # fmt: skip
+    if not alone:
+        ax.text(
+            column + 0.5, row + 0.75, lost_words(kept.lost), ha="center", va="center",
+            fontsize=6.5, color="#333333",
+        )  # fmt: skip
+
+
+def _explain(figure: Picture, width: float, height: float) -> None:
+    quiet = {"fontsize": 8.0, "color": "#333333", "va": "center"}
+    bar = figure.add_axes((_LABELS / width, 0.42 / height, 1.7 / width, 0.13 / height))
+    bar.imshow(
+        [[step / 60.0 - 0.5 for step in range(61)]], cmap=_CHANGES, norm=_RANGE, aspect="auto",
+        extent=(-50.0, 50.0, 0.0, 1.0),
+    )  # fmt: skip
+    bar.set_yticks([])
+    bar.set_xticks([-50, 0, 50])
+    bar.set_xticklabels(["half lost", "unchanged", "half more"], fontsize=7.0)
+    bar.tick_params(length=0.0, pad=2.0)
+    for spine in bar.spines.values():
+        spine.set_visible(False)
+    words = (
+        "Large: what is survived in the worst walk, % of the limit of any policy.",
+        "Small: change against undisturbed [N s]. Means over all pushes.",
+    )
+    for line, text in enumerate(words):
+        figure.text(
+            (_LABELS + 2.1) / width, (0.52 - 0.2 * line) / height, text, **quiet
+        )  # fmt: skip

@@ -9,29 +9,24 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from surefoot.options import check_plotting, given, json_option, print_json, progress_bar
+from surefoot.options import check_plotting, given, json_option, print_json
 from surefoot.studies.compare.command_body import (
     BODY_STEP,
     BODY_VELOCITY,
     QUICK_PHASES,
     QUICK_STEP,
-    BodyQuestion,
-    compare_bodies,
+    push_bodies,
     refuse_others,
+    walk_bodies,
 )
-from surefoot.studies.compare.command_walks import WalkQuestion, compare_walks, refuse_of_pushes
-from surefoot.studies.engine.command import stopped_by_ctrl_c, tell_failures
+from surefoot.studies.engine.command import run_shown, tell_failures
 
 if TYPE_CHECKING:
     from surefoot.robot.robot import Robot
-    from surefoot.studies.compare.question import Protocol
+    from surefoot.studies.compare.question import Comparison
 
 FULL_SPEEDS, FULL_DURATIONS = (2.0, 3.0, 4.0, 6.0, math.inf), (0.1, 0.2, 0.4)
 """Leg speeds [m/s] and push durations [s] of `--full`."""
-
-
-TABLE_ONLY = ("seconds", "disturbance", "survived_mean")
-"""Columns of the table that a comparison without disturbances does not show."""
 
 
 @click.command()
@@ -122,36 +117,29 @@ def compare(
 
     With `--simulator mujoco` bodies are pushed: DIR/pushes.html and pushes.md report what fells
     them and why, with a picture and a table in a folder for each robot. With disturbances they walk
-    without pushes: DIR/walks.md and walks.png say how well, and why what falls does.
+    without pushes: DIR/walks.html and walks.md say how well, and why what falls does.
     """
     from surefoot.robot.robot import load_robot
-    from surefoot.studies.compare.question import Protocol
+    from surefoot.studies.compare.question import Comparison
 
-    refuse_others(simulator, robots)
-    refuse_of_pushes(simulator, disturbances)
+    refuse_others(simulator, robots, disturbances)
     if simulator == "mujoco":
-        velocity = velocity if given("velocity") else BODY_VELOCITY
+        asked: dict[str, Any] = {"velocity": velocity if given("velocity") else BODY_VELOCITY}
+        if methods:
+            asked["methods"] = methods
         if disturbances:
-            walks = WalkQuestion(
-                robots, velocity, methods, disturbances, seeds, duration, workers, out
-            )
-            sys.exit(compare_walks(walks, progress_bar, as_json))
-        question = BodyQuestion(
-            robots,
-            velocity,
-            methods,
-            QUICK_PHASES if quick and not given("phases") else phases,
-            step if given("step") else (QUICK_STEP if quick else BODY_STEP),
-            estimate,
-            explain,
-            workers,
-            out,
-        )
-        sys.exit(compare_bodies(question, progress_bar, as_json))
+            asked |= {"disturbances": disturbances, "seeds": seeds, "duration": duration}
+            sys.exit(walk_bodies(robots, out, workers, as_json, **asked))
+        asked |= {
+            "phases": QUICK_PHASES if quick and not given("phases") else phases,
+            "step": step if given("step") else (QUICK_STEP if quick else BODY_STEP),
+            "estimate": estimate,
+        }
+        sys.exit(push_bodies(robots, out, workers, as_json, explain=explain, **asked))
     check_plotting()
     (robot,) = robots
     body = load_robot(robot) if mass is None else load_robot(robot).replace(mass=mass)
-    protocol = Protocol(
+    study = Comparison(
         body,
         velocity,
         methods=methods or _all_methods(body, velocity),
@@ -162,13 +150,13 @@ def compare(
         step=step,
         disturbances=_all_disturbances(disturbances),
     )
-    sys.exit(_compare(protocol, out, workers, as_json))
+    sys.exit(_compare(study, out, workers, as_json))
 
 
 def _all_methods(robot: Robot, velocity: tuple[float, float]) -> tuple[str, ...]:
     """All that can be compared on this robot; say what is left out, and why."""
     from surefoot.control.registry import methods
-    from surefoot.studies.compare.compare import able_methods
+    from surefoot.studies.compare.question import able_methods
 
     able, left_out = able_methods(robot, velocity)
     for one in methods():
@@ -181,55 +169,29 @@ def _all_methods(robot: Robot, velocity: tuple[float, float]) -> tuple[str, ...]
 
 def _all_disturbances(named: tuple[str, ...]) -> tuple[str, ...]:
     """What was named, after the undisturbed walk that it is compared with."""
-    from surefoot.studies.compare.conditions import UNDISTURBED, every_condition
+    from surefoot.studies.compare.disturbances import UNDISTURBED, every_disturbance
 
     if "all" in named:
-        return every_condition()
+        return every_disturbance()
     return tuple(dict.fromkeys((UNDISTURBED, *named)))
 
 
-def _compare(protocol: Protocol, out: Path, workers: int, as_json: bool) -> int:
-    from surefoot.studies.compare.compare import compare_methods
-
-    with stopped_by_ctrl_c(out), progress_bar("measuring") as report:
-        result = compare_methods(protocol, out, workers=workers, report=report)
+def _compare(study: Comparison, out: Path, workers: int, as_json: bool) -> int:
+    (result,) = run_shown({out: study}, out, workers=workers)
     status = tell_failures(result.failures)
-    show = _show if protocol.must_settle else _show_budget
-    show(result, out, as_json)
+    from rich.console import Console
+
+    from surefoot.studies.compare.budget import budget_report
+    from surefoot.studies.compare.remarks import remarks
+    from surefoot.studies.compare.show import comparison_report
+
+    report = comparison_report(result) if study.must_settle else budget_report(result)
+    page, text, *_ = report.write(out)
+    if as_json:
+        # The paper disturbs nothing but the robot.
+        told = remarks(result.rows) if study.must_settle else []
+        print_json(result.as_numbers() | {"remarks": told})
+        return status
+    report.print(Console())
+    click.echo(f"\ntable: {out / f'{study.NAME}.parquet'}, page: {page}, report: {text}")
     return status
-
-
-def _show(result: Any, out: Path, as_json: bool) -> None:
-    from rich.console import Console
-
-    from surefoot.studies.compare.compare import TABLE
-    from surefoot.studies.compare.compare_report import write_compare_report
-    from surefoot.studies.compare.compare_table import print_compare_table
-    from surefoot.studies.compare.comparison import comparison
-
-    rows = [{name: row[name] for name in row if name not in TABLE_ONLY} for row in result.rows]
-    measured = comparison(rows, result.methods, result.provenance)
-    files = write_compare_report(measured, out, result.remarks)
-    if as_json:
-        print_json(result.as_numbers())
-        return
-    print_compare_table(measured, Console())
-    for paragraph in result.remarks:
-        click.echo(f"\n{paragraph}")
-    click.echo(f"\ntable: {out / TABLE}, page: {files[0]}, report: {files[1]}")
-
-
-def _show_budget(result: Any, out: Path, as_json: bool) -> None:
-    from rich.console import Console
-
-    from surefoot.studies.compare.budget import budget
-    from surefoot.studies.compare.budget_report import print_budget, write_budget_report
-    from surefoot.studies.compare.compare import TABLE
-
-    measured = budget(result.rows, result.methods, result.disturbances, result.provenance)
-    files = write_budget_report(measured, out)
-    if as_json:
-        print_json(result.as_numbers())
-        return
-    print_budget(measured, Console())
-    click.echo(f"\ntable: {out / TABLE}, report: {files[0]}, picture: {files[1]}")

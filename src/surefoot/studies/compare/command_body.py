@@ -1,22 +1,30 @@
-"""`surefoot compare --simulator mujoco`: methods against each other on bodies that are pushed."""
+"""`surefoot compare --simulator mujoco`: methods on bodies that are pushed, or disturbed."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from surefoot.errors import ParameterError
-from surefoot.options import check_plotting, compiling_notice, given, print_json
-from surefoot.studies.compare.body_study import Progress, study_bodies
+from surefoot.options import (
+    check_plotting,
+    compiling_notice,
+    given,
+    print_json,
+    progress_bar,
+)
+from surefoot.studies.engine.command import run_shown, stopped_by_ctrl_c, tell_failures
 
 if TYPE_CHECKING:
-    from surefoot.studies.compare.body_protocol import BodyProtocol
+    from surefoot.robot.robot import Robot
+    from surefoot.studies.engine.report import Report
+    from surefoot.studies.engine.study import Measured, Study
 
 BODY_VELOCITY, BODY_STEP = (0.3, 0.0), 2.0
-"""Of a comparison in physics, unless it is told [m/s, N s]."""
+"""Of a comparison in physics, unless they are given [m/s, N s]."""
 
 QUICK_PHASES, QUICK_STEP = 2, 10.0
 """Of `--quick` [-, N s]."""
@@ -33,24 +41,15 @@ OF_POINT_MASS = {
 }
 """Options that a body has no use for: its mass and legs are what they are."""
 
+OF_PUSHES = {"phases": "--phases", "step": "--step", **OF_BODY}
+"""Options that walks without pushes have no use for; their state is always estimated."""
 
-@dataclass(frozen=True)
-class BodyQuestion:
-    """What the command line asks of bodies; see `studies.compare.command` for the options."""
-
-    robots: tuple[str, ...]
-    velocity: tuple[float, float]
-    methods: tuple[str, ...]
-    phases: int
-    step: float
-    estimate: bool
-    explain: bool
-    workers: int
-    out: Path
+OF_WALKS = {"seeds": "--seeds", "duration": "--duration"}
+"""Options that only they have."""
 
 
-def refuse_others(simulator: str, robots: tuple[str, ...]) -> None:
-    """Refuse options that make no sense with a simulator.
+def refuse_others(simulator: str, robots: tuple[str, ...], disturbances: tuple[str, ...]) -> None:
+    """Refuse options that make no sense with a simulator, or with a disturbance of a body.
 
     Raises:
         ParameterError: there is one; it is named.
@@ -71,84 +70,118 @@ def refuse_others(simulator: str, robots: tuple[str, ...]) -> None:
         )
     if len(set(robots)) < len(robots):
         raise ParameterError("every --robot once", ", ".join(robots), "leave the others out")
+    walks = simulator == "mujoco" and bool(disturbances)
+    for name, option in (OF_PUSHES if walks else OF_WALKS).items():
+        if given(name) and walks:
+            raise ParameterError(
+                f"{option} without --disturbance: bodies that are disturbed are not pushed",
+                f"{option} and --disturbance {disturbances[0]}",
+                "leave one of them out",
+            )
+        if given(name):
+            raise ParameterError(
+                f"{option} with --simulator mujoco and --disturbance",
+                f"--simulator {simulator}" if simulator != "mujoco" else "no --disturbance",
+                f"leave {option} out, or add what is missing",
+            )
 
 
-def compare_bodies(question: BodyQuestion, progress: Progress, as_json: bool) -> int:
-    """Measure, print and report; the exit status.
+def push_bodies(
+    robots: Sequence[str], out: Path, workers: int, as_json: bool, *, explain: bool, **asked: Any
+) -> int:
+    """Push bodies, print and report what they survive; the exit status.
+
+    Args:
+        robots: names or files.
+        out: has a folder for each of them.
+        workers: processes.
+        as_json: print JSON.
+        explain: what binds in the worst pushes.
+        **asked: arguments of `body_question.BodyPushes`.
 
     Raises:
-        SurefootError: see `studies.compare.body_compare.compare_on_body`.
+        SurefootError: see `engine.study.run`.
     """
-    check_plotting()
-    protocols = _protocols(question)
-    from surefoot.studies.compare.body_compare import compare_on_body
-    from surefoot.studies.compare.body_limits import explain_worst
+    loaded = _load(robots)
+    from surefoot.studies.compare.body_measure import explain_worst
+    from surefoot.studies.compare.body_question import BodyPushes
+    from surefoot.studies.compare.body_show import push_report
 
-    explained: list[dict[str, Any]] = []
-
-    def measure(protocol: BodyProtocol, folder: Path) -> Any:
-        with progress("measuring") as report:
-            result = compare_on_body(protocol, folder, workers=question.workers, report=report)
-        if question.explain:
-            with progress("explaining") as report:
-                explained.extend(explain_worst(protocol, result.rows, report))
-        return result
-
-    def show(results: list[Any]) -> None:
-        _show(results, explained, question.out, as_json)
-
-    return study_bodies(protocols, question.out, measure, show)
+    studies = [BodyPushes(robot, **asked) for robot in loaded]
+    measured = _measure(studies, out, workers)
+    explained = []
+    with stopped_by_ctrl_c(out):
+        for one in measured if explain else ():
+            with progress_bar("explaining") as report:
+                explained += explain_worst(one.study, one.rows, report)
+    beside = {"explained": explained}
+    return _end(measured, push_report(measured, explained), out, as_json, beside)
 
 
-def _protocols(question: BodyQuestion) -> list[BodyProtocol]:
-    """The questions, one set for each robot.
+def walk_bodies(
+    robots: Sequence[str], out: Path, workers: int, as_json: bool, *,
+    disturbances: Sequence[str], **asked: Any,
+) -> int:  # fmt: skip
+    """Walk disturbed bodies, print and report how well; the exit status.
+
+    Args:
+        robots: names or files.
+        out: has a folder for each of them.
+        workers: processes.
+        as_json: print JSON.
+        disturbances: keys of `body_question.BODY_DISTURBANCES`, or "all".
+        **asked: other arguments of `body_question.BodyWalks`.
 
     Raises:
-        SurefootError: a robot, a method or a number is not there, or an extra.
+        SurefootError: see `engine.study.run`.
+    """
+    loaded = _load(robots)
+    from surefoot.studies.compare.body_question import BODY_DISTURBANCES, USUAL, BodyWalks
+    from surefoot.studies.compare.body_show import walk_report
+
+    conditions = tuple(dict.fromkeys((USUAL, *disturbances)))
+    if "all" in conditions:
+        conditions = tuple(one.key for one in BODY_DISTURBANCES)
+    studies = [BodyWalks(robot, conditions=conditions, **asked) for robot in loaded]
+    measured = _measure(studies, out, workers)
+    return _end(measured, walk_report(measured), out, as_json, {})
+
+
+def _load(robots: Sequence[str]) -> list[Robot]:
+    """The robots, once all extras are there.
+
+    Raises:
+        SurefootError: an extra or a robot is not there.
     """
     from surefoot.checks import optional_module
     from surefoot.robot.robot import load_robot
 
+    check_plotting()
     optional_module("mujoco", "physics", "mujoco")
     optional_module("daqp", "inverse dynamics", "mujoco")
-    from surefoot.studies.compare.body_protocol import BODY_METHODS, BodyProtocol
-    from surefoot.studies.compare.body_push import controller_of
+    return [load_robot(name) for name in robots]
 
-    protocols = [
-        BodyProtocol(
-            load_robot(name),
-            question.velocity,
-            methods=question.methods or tuple(one.key for one in BODY_METHODS),
-            phases=question.phases,
-            step=question.step,
-            estimate=question.estimate,
-        )
-        for name in question.robots
-    ]
+
+def _measure(studies: Sequence[Study], out: Path, workers: int) -> list[Measured[Any]]:
+    from surefoot.checks import check_folder
+
     with compiling_notice(4.0, "a minute"):
-        for protocol in protocols:
-            for key in protocol.methods:
-                controller_of(protocol, key)
-    return protocols
+        for study in studies:
+            study.check()
+    check_folder(out)
+    return run_shown({out / study.robot.name: study for study in studies}, out, workers=workers)
 
 
-def _show(results: list[Any], explained: list[dict[str, Any]], out: Path, as_json: bool) -> None:
+def _end(
+    measured: Sequence[Measured[Any]], report: Report, out: Path, as_json: bool, beside: dict
+) -> int:
     from rich.console import Console
 
-    from surefoot.studies.compare.body_push_report import write_body_report
-    from surefoot.studies.compare.body_pushes import body_pushes, print_body_pushes, print_explained
-
-    measured = [
-        body_pushes(one.rows, one.methods, one.mass, one.step, one.provenance) for one in results
-    ]
-    files = write_body_report(measured, out, explained)
+    status = tell_failures([failure for one in measured for failure in one.failures])
+    page, text, *_ = report.write(out)
     if as_json:
-        numbers = [result.as_numbers() for result in results]
-        print_json({"robots": numbers, "explained": explained})
-        return
-    console = Console()
-    for one in measured:
-        print_body_pushes(one, console)
-        print_explained(one, explained, console)
-        click.echo()
-    click.echo(f"page: {files[0]}, report: {files[1]}, a table in the folder of each robot")
+        print_json({"robots": [one.as_numbers() for one in measured], **beside})
+    else:
+        report.print(Console())
+        click.echo(f"\npage: {page}, report: {text}, a table in the folder of each robot")
+    return status

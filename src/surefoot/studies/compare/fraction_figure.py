@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
 
-from matplotlib import style
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
-from surefoot.checks import check_writable
 from surefoot.show import palette
 from surefoot.show.method_marks import mark
-from surefoot.show.picture_file import marker_path, write_picture
-from surefoot.studies.compare.comparison import Comparison
-from surefoot.studies.engine.push_map import FORMATS
+from surefoot.show.picture_file import marker_path
+from surefoot.studies.compare.question import Comparison
+from surefoot.studies.compare.scores import score, select, values
+from surefoot.studies.engine.study import Measured
 from surefoot.studies.engine.words import speed_words, time_words
 
 _WIDTH, _LABELS, _ROW, _HEAD, _FOOT, _GAP = 11.0, 2.6, 0.34, 0.82, 0.95, 0.2
@@ -24,34 +22,17 @@ _TIME_SHARE = 1.7
 """How much wider the plot of times is than one of fractions."""
 
 
-def draw_fractions(measured: Comparison, path: Path) -> None:
-    """Draw the shares of the limit and the decision times into a file.
-
-    Args:
-        measured: the comparison.
-        path: file to write; its ending names the format (.png, .pdf, .svg).
-
-    Raises:
-        FileError: another ending, or the file cannot be written.
-    """
-    path = Path(path)
-    check_writable(path, FORMATS)
-    with style.context(["default", palette.STYLE]):
-        figure = fraction_figure(measured)
-    write_picture(figure, path, figure.get_suptitle())
-
-
-def fraction_figure(measured: Comparison) -> Figure:
+def fraction_figure(measured: Measured[Comparison]) -> Figure:
     """Mean and worst share of the limit for every leg speed; decision times beside.
 
     Args:
-        measured: the comparison.
+        measured: what was measured.
 
     Returns:
         A figure of its own, not known to pyplot.
     """
-    speeds = measured.leg_speeds
-    height = _HEAD + _ROW * len(measured.methods) + _FOOT
+    speeds = values(measured.rows, "leg_speed")
+    height = _HEAD + _ROW * len(measured.notes["methods"]) + _FOOT
     figure = Figure(figsize=(_WIDTH, height), facecolor="white")
     room = _WIDTH - _LABELS - 0.2 - _GAP * len(speeds)
     unit = room / (len(speeds) + _TIME_SHARE)
@@ -76,12 +57,13 @@ def fraction_figure(measured: Comparison) -> Figure:
     return figure
 
 
-def _rows(ax: Axes, measured: Comparison, *, named: bool) -> None:
-    count = len(measured.methods)
+def _rows(ax: Axes, measured: Measured[Comparison], *, named: bool) -> None:
+    methods = measured.notes["methods"]
+    count = len(methods)
     ax.set_ylim(count - 0.5, -0.5)
     ax.set_yticks(range(count))
     ax.tick_params(axis="y", length=0.0, labelleft=named)
-    ax.set_yticklabels([method.label for method in measured.methods], fontsize=8.5)
+    ax.set_yticklabels([method["label"] for method in methods], fontsize=8.5)
     ax.spines["left"].set_visible(False)
     ax.set_axisbelow(True)
     for row in range(0, count, 2):
@@ -89,7 +71,7 @@ def _rows(ax: Axes, measured: Comparison, *, named: bool) -> None:
     ax.grid(axis="x", color="#dedede", linewidth=0.5)
 
 
-def _draw_fractions(ax: Axes, measured: Comparison, leg_speed: float) -> None:
+def _draw_fractions(ax: Axes, measured: Measured[Comparison], leg_speed: float) -> None:
     ax.set_title(
         speed_words(leg_speed).replace("leg speed", "leg").replace("unlimited leg", "any speed"),
         fontsize=9.0, fontweight="bold",
@@ -100,44 +82,45 @@ def _draw_fractions(ax: Axes, measured: Comparison, leg_speed: float) -> None:
     ax.set_xticklabels(["0", "50", "100"])
     ax.set_xlabel("% of the limit", fontsize=8.0)
     ax.axvline(100.0, color="#222222", linewidth=1.2, zorder=1.0)
-    cells = measured.select(leg_speed=leg_speed)
-    for row, method in enumerate(measured.methods):
-        score, how = measured.score(method, cells), mark(row)
-        if not score.cells:
+    rows = select(measured.rows, leg_speed=leg_speed)
+    for row, method in enumerate(measured.notes["methods"]):
+        key, how = method["key"], mark(row)
+        found = score(key, rows)
+        if not found.cells:
             ax.text(
                 50.0, row, "not measured", ha="center", va="center", fontsize=7.0,
-                color=palette.QUIET, gid=f"absent-{method.key}-{leg_speed:g}",
+                color=palette.QUIET, gid=f"absent-{key}-{leg_speed:g}",
             )  # fmt: skip
             continue
-        mean, worst = 100.0 * score.mean, 100.0 * score.worst
+        mean, worst = 100.0 * found.mean, 100.0 * found.worst
         ax.plot(
             [worst, mean], [row, row], color=how.colour, linewidth=2.2, zorder=2.0,
-            linestyle="solid" if score.complete else palette.DOTS, solid_capstyle="butt",
+            linestyle="solid" if found.complete else palette.DOTS, solid_capstyle="butt",
         )  # fmt: skip
         ax.plot(
             worst, row, marker="|", color=how.colour, markersize=9.0, markeredgewidth=1.8,
-            zorder=3.0, gid=f"worst-{method.key}-{leg_speed:g}",
+            zorder=3.0, gid=f"worst-{key}-{leg_speed:g}",
         )  # fmt: skip
         ax.plot(
             mean, row, marker=marker_path(how), color=how.colour,
-            markersize=7.5, zorder=3.0, gid=f"mean-{method.key}-{leg_speed:g}",
-            markerfacecolor=how.colour if score.complete else "white", clip_on=False,
+            markersize=7.5, zorder=3.0, gid=f"mean-{key}-{leg_speed:g}",
+            markerfacecolor=how.colour if found.complete else "white", clip_on=False,
         )  # fmt: skip
-        if not score.complete:
+        if not found.complete:
             ax.text(
                 min(mean + 7.0, 90.0) if mean < 75.0 else worst - 7.0, row,
-                f"{score.cells} of {score.possible}", fontsize=6.5, va="center",
+                f"{found.cells} of {found.possible}", fontsize=6.5, va="center",
                 ha="left" if mean < 75.0 else "right", color=palette.QUIET,
-                gid=f"partial-{method.key}-{leg_speed:g}",
+                gid=f"partial-{key}-{leg_speed:g}",
             )  # fmt: skip
 
 
-def _draw_times(ax: Axes, measured: Comparison) -> None:
+def _draw_times(ax: Axes, measured: Measured[Comparison]) -> None:
     ax.set_title("time per control cycle", fontsize=9.0, fontweight="bold")
     times = [
         value
-        for method in measured.methods
-        for value in (method.decision_p50, method.decision_p99_9, method.period)
+        for method in measured.notes["methods"]
+        for value in (method["decision_p50"], method["decision_p99_9"], method["period"])
         if math.isfinite(value) and value > 0.0
     ]
     ax.set_xscale("log")
@@ -149,9 +132,10 @@ def _draw_times(ax: Axes, measured: Comparison) -> None:
     ax.xaxis.set_major_locator(LogLocator(base=10.0, numticks=12))
     ax.xaxis.set_minor_locator(NullLocator())
     ax.xaxis.set_major_formatter(FuncFormatter(lambda value, _: _decade(value)))
-    for row, method in enumerate(measured.methods):
-        how, p50, tail = mark(row), method.decision_p50, method.decision_p99_9
-        ax.plot([method.period] * 2, [row - 0.5, row + 0.5], color="#222222", linewidth=1.2)
+    for row, method in enumerate(measured.notes["methods"]):
+        how, key = mark(row), method["key"]
+        p50, tail = method["decision_p50"], method["decision_p99_9"]
+        ax.plot([method["period"]] * 2, [row - 0.5, row + 0.5], color="#222222", linewidth=1.2)
         if math.isnan(p50):
             ax.text(
                 0.4, row, "not measured", ha="center", va="center", fontsize=7.0,
@@ -161,11 +145,11 @@ def _draw_times(ax: Axes, measured: Comparison) -> None:
         ax.plot([p50, tail], [row, row], color=how.colour, linewidth=2.2, zorder=2.0)
         ax.plot(
             p50, row, marker=marker_path(how), color=how.colour,
-            markersize=7.5, zorder=3.0, gid=f"p50-{method.key}",
+            markersize=7.5, zorder=3.0, gid=f"p50-{key}",
         )  # fmt: skip
         ax.plot(
             tail, row, marker="|", color=how.colour, markersize=9.0, markeredgewidth=1.8,
-            zorder=3.0, gid=f"p99.9-{method.key}",
+            zorder=3.0, gid=f"p99.9-{key}",
         )  # fmt: skip
 
 
@@ -175,7 +159,7 @@ def _decade(value: float) -> str:
     return time_words(10.0**exponent * (1.0 + 1e-9)) if exponent % 3 == 0 else ""
 
 
-def _explain(figure: Figure, measured: Comparison) -> None:
+def _explain(figure: Figure, measured: Measured[Comparison]) -> None:
     quiet = palette.QUIET
     shape = {"color": quiet, "markersize": 7.0, "linestyle": "none"}
     handles = [
@@ -183,12 +167,12 @@ def _explain(figure: Figure, measured: Comparison) -> None:
         Line2D([], [], marker="|", markeredgewidth=1.8, label="worst cell; p99.9", **shape),
         Line2D([], [], color="#222222", linewidth=1.2, label="the limit; the control period"),
     ]
-    whole = any(
-        not measured.score(method, measured.select(leg_speed=speed)).complete
-        for method in measured.methods
-        for speed in measured.leg_speeds
+    partial = any(
+        not score(method["key"], select(measured.rows, leg_speed=speed)).complete
+        for method in measured.notes["methods"]
+        for speed in values(measured.rows, "leg_speed")
     )
-    if whole:
+    if partial:
         handles.append(
             Line2D([], [], marker="o", markerfacecolor="white",
                    label="measured on fewer cells: means do not compare directly", **shape)

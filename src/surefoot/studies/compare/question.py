@@ -1,32 +1,54 @@
-"""What a comparison of methods measures: its cells, and what must be the same for all of them."""
+"""What a comparison of methods asks: its cells, and what must be the same for all of them."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-from dataclasses import asdict, dataclass, field, replace
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
 from itertools import product
-from typing import Any
-
-from msgspec import to_builtins
+from typing import Any, ClassVar
 
 from surefoot.checks import check_number
 from surefoot.control.registry import find_method, methods
-from surefoot.dcm.nominal_gait import nominal_gait
-from surefoot.dcm.push_limit import check_leg
-from surefoot.dcm.pushes import push_direction
-from surefoot.errors import ParameterError
-from surefoot.robot.feet import Side
+from surefoot.errors import MissingExtraError, RobotError
 from surefoot.robot.robot import Robot
-from surefoot.studies.compare.conditions import UNDISTURBED, condition
+from surefoot.studies.compare import measure
+from surefoot.studies.compare.disturbances import UNDISTURBED, named_disturbance
+from surefoot.studies.engine.cells import Row
+from surefoot.studies.engine.pushed_walk import (
+    PushCell,
+    PushedWalk,
+    check_count,
+    check_different,
+    check_sizes,
+    push_cells,
+)
+from surefoot.studies.engine.study import Study, installed_version
 
-PUSHED_STEP = 2
-"""The push comes in the third step, as in the paper; it is one on the right foot."""
+SOLVERS = ("daqp", "casadi")
+"""Libraries that decide for some methods."""
 
 
 def every_method() -> tuple[str, ...]:
     """The keys of all methods but those that take milliseconds for one decision."""
     return tuple(one.key for one in methods() if not one.slow)
+
+
+def able_methods(robot: Robot, velocity: tuple[float, float]) -> tuple[list[str], dict[str, str]]:
+    """Which methods can be compared on a robot at a velocity [m/s], and why the others cannot.
+
+    Returns:
+        Their keys, but for the slow ones; and by its key, the reason of each that is left out.
+    """
+    able, left_out = [], {}
+    for key in every_method():
+        try:
+            find_method(key).controller(robot, velocity)
+        except (RobotError, MissingExtraError) as error:
+            left_out[key] = str(error)
+        else:
+            able.append(key)
+    return able, left_out
 
 
 @dataclass(frozen=True)
@@ -40,7 +62,7 @@ class Cell:
         phase: when the push begins, as a fraction of the step.
         push_duration: how long it lasts [s].
         leg_speed: limit of the swing foot; inf for none [m/s].
-        disturbance: key of what else is wrong, see `studies.compare.conditions`.
+        disturbance: key of what else is wrong, see `studies.compare.disturbances`.
     """
 
     method: str
@@ -50,10 +72,15 @@ class Cell:
     leg_speed: float
     disturbance: str = UNDISTURBED
 
+    @property
+    def push(self) -> PushCell:
+        """The push, but for its size."""
+        return PushCell(self.angle, self.phase, self.push_duration)
+
 
 @dataclass(frozen=True)
-class Protocol:
-    """The same questions to every method.
+class Comparison(Study):
+    """The same questions to every method; rows see `studies.compare.measure.measure`.
 
     Args:
         robot: who is pushed; its leg speed is replaced by `leg_speeds`.
@@ -64,7 +91,7 @@ class Protocol:
         leg_speeds: limits of the swing foot; inf for none [m/s].
         push_durations: [s].
         step: of the scan over the impulse [N s].
-        disturbances: keys of `conditions`. If anything but "none" is among them, a push is
+        disturbances: keys of `named_disturbance`. If anything but "none" is among them, a push is
             survived if the robot has not fallen by `recovery_time`: under noise nobody settles.
         seeds: with how many a disturbance is walked that is drawn; the worst counts.
 
@@ -73,7 +100,6 @@ class Protocol:
         VelocityError: the velocity cannot be walked, or not on the slowest of the legs.
     """
 
-    robot: Robot
     velocity: tuple[float, float] = (0.5, 0.0)
     methods: tuple[str, ...] = field(default_factory=every_method)
     directions: int = 4
@@ -84,97 +110,93 @@ class Protocol:
     disturbances: tuple[str, ...] = (UNDISTURBED,)
     seeds: int = 3
 
+    NAME: ClassVar[str] = "compare"
+    LIBRARIES: ClassVar[tuple[str, ...]] = ("numpy", "numba", *SOLVERS)
+
     def __post_init__(self) -> None:
         for key in self.methods:
             find_method(key)
         for key in self.disturbances:
-            condition(key)
+            named_disturbance(key)
         for name, usual in (("directions", 4), ("phases", 8), ("seeds", 3)):
-            value = getattr(self, name)
-            if isinstance(value, bool) or not isinstance(value, int) or value < 1:
-                raise ParameterError(
-                    f"`{name}` as a whole number of at least 1", repr(value), f"{usual} is usual"
-                )
+            check_count(name, getattr(self, name), usual)
         check_number("step", self.step, 0.0, "N s", above=True)
-        for name, unit in (
-            ("leg_speeds", "m/s"), ("push_durations", "s"), ("methods", "-"), ("disturbances", "-"),
-        ):  # fmt: skip
-            values = getattr(self, name)
-            if not values:
-                raise ParameterError(f"at least one of `{name}`", "none", "name one")
-            if len(set(values)) < len(values):
-                raise ParameterError(
-                    f"`{name}` without repetition", f"{values}", "name each of them once"
-                )
-            for value in values if unit != "-" else ():
-                check_number(name, value, 0.0, unit, above=True, endless=name == "leg_speeds")
+        check_sizes("leg_speeds", self.leg_speeds, "m/s", endless=True)
+        check_sizes("push_durations", self.push_durations, "s")
+        check_different("methods", self.methods)
+        check_different("disturbances", self.disturbances)
         for leg_speed in self.leg_speeds:
-            check_leg(self.robot_with(leg_speed), nominal_gait(self.robot, self.velocity))
+            self.walk.on_leg(leg_speed).check_leg()
 
-    def cells(self) -> Iterator[Cell]:
-        """Everything that is to be measured."""
-        for key, disturbance, leg_speed, duration, phase, direction in product(
-            self.methods,
-            self.disturbances,
-            self.leg_speeds,
-            self.push_durations,
-            range(self.phases),
-            range(self.directions),
-        ):
-            angle = 360.0 * direction / self.directions
-            yield Cell(key, angle, phase / self.phases, duration, leg_speed, disturbance)
+    @property
+    def walk(self) -> PushedWalk:
+        """What is pushed."""
+        return PushedWalk(self.robot, self.velocity)
 
     @property
     def must_settle(self) -> bool:
         """Whether a push is survived only if the robot is back on its gait."""
         return self.disturbances == (UNDISTURBED,)
 
-    def walked(self, cell: Cell) -> Cell:
-        """The cell that is really walked for this one.
+    def cells(self) -> Iterator[Cell]:
+        """See `Study`."""
+        for key, disturbance, leg_speed, push in product(
+            self.methods,
+            self.disturbances,
+            self.leg_speeds,
+            push_cells(self.directions, self.phases, self.push_durations),
+        ):
+            yield Cell(key, push.angle, push.phase, push.push_duration, leg_speed, disturbance)
 
-        Fixed steps are the same steps, to the bit, on every leg that is fast enough for them, if
-        nothing disturbs them.
-        """
-        gait = nominal_gait(self.robot, self.velocity)
+    def measure(self, cell: Cell) -> Row:
+        """See `Study`."""
+        return measure.measure(self, cell)
+
+    def measured_as(self, cell: Cell) -> Cell:
+        """See `Study`. Fixed steps are the same steps, to the bit, on every leg that is fast enough
+        for them, if nothing disturbs them."""
         fixed = find_method(cell.method).fixed_steps and cell.disturbance == UNDISTURBED
-        if fixed and cell.leg_speed >= gait.swing_speed:
+        if fixed and cell.leg_speed >= self.walk.gait.swing_speed:
             return replace(cell, leg_speed=math.inf)
         return cell
 
-    def robot_with(self, leg_speed: float) -> Robot:
-        """The robot with this limit of its swing foot [m/s]."""
-        return self.robot.with_leg(max_speed=leg_speed)
+    def answer(self, cell: Cell, row: Row) -> Row:
+        """See `Study`. The impulse is that of the other leg, the limits are not."""
+        return super().answer(cell, row) | self.limits(cell)
 
-    def push_start(self, phase: float) -> float:
-        """When the push begins [s]."""
-        return (PUSHED_STEP + phase) * nominal_gait(self.robot, self.velocity).step_duration
+    def limits(self, cell: Cell) -> dict[str, float]:
+        """What nobody can pass in a cell, see `PushedWalk.limits`; the limits of the robot that is
+        really pushed, whatever its controller believes."""
+        walk = self.walk.on_leg(cell.leg_speed)
+        return self.walk.limits(cell.push, named_disturbance(cell.disturbance).plant(walk.robot))
 
-    def direction(self, angle: float) -> tuple[float, float]:
-        """The push's unit vector (x, y) in the world; exact on the axes.
-
-        In the pushed step the right foot stands, so outward is to the left.
-        """
-        return push_direction(angle, Side.RIGHT)
-
-    def same_for_all(self) -> dict[str, Any]:
-        """What all cells of one table must have in common, as plain values."""
+    def common(self) -> dict[str, Any]:
+        """See `Study`."""
         return {
-            "robot": to_builtins(self.robot),
             "velocity": list(self.velocity),
             "step": self.step,
             "must_settle": self.must_settle,
             "seeds": self.seeds,
+            "solvers": {name: installed_version(name) for name in SOLVERS},
         }
 
+    def provenance(self) -> dict[str, str]:
+        """See `Study`."""
+        vx, vy = self.velocity
+        return {"mass": f"{self.robot.mass:g} kg", "velocity": f"{vx:g}, {vy:g} m/s"}
 
-def cell_key(cell: Cell) -> tuple[str, float, float, float, float, str]:
-    """A cell as a key; angles and phases rounded, so that they survive a file."""
-    values = asdict(cell)
-    return (
-        values["method"],
-        round(values["angle"], 6),
-        round(values["phase"], 9),
-        values["push_duration"],
-        values["leg_speed"],
-        values["disturbance"],
-    )
+    def notes(self, rows: Sequence[Row]) -> dict[str, Any]:
+        """`methods` that were measured, see `studies.compare.measure.method_notes`; `disturbances`
+        with `key`, `label` and how many `walks` a scan takes, the worst of which counts."""
+        return {
+            "methods": measure.method_notes(self, rows),
+            "disturbances": [
+                {"key": one.key, "label": one.label, "walks": len(one.walks(self.seeds))}
+                for one in map(named_disturbance, self.disturbances)
+            ],
+        }
+
+    def check(self) -> None:
+        """See `Study`. A method that cannot control this robot is refused."""
+        for key in self.methods:
+            self.walk.on_leg(self.leg_speeds[0]).controller(key)

@@ -4,23 +4,21 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from typing import Any
+
+from surefoot.dcm.pushes import DIRECTIONS
+from surefoot.studies.engine.cells import Row
 
 PAPER_HYBRID, PAPER_MPC = 85.0, 20.0
 """What the abstract of [OnlineGait] reports: its method, and MPC with foot placement [N s]."""
 
 HYBRID, PLACEMENT = "hybrid", "foot-placement-mpc"
 
-DIRECTIONS = {0.0: "forward", 90.0: "outward", 180.0: "back", 270.0: "inward"}
-
-Row = dict[str, Any]
-
 
 def remarks(rows: Iterable[Row]) -> list[str]:
     """Paragraphs on the paper's claim, from what was measured; none if a side of it is missing.
 
     Args:
-        rows: of a comparison, see `studies.compare.compare.measure`.
+        rows: of a comparison, see `studies.compare.measure`.
     """
     rows = list(rows)
     said = [_on_leg(rows, speed) for speed in sorted({row["leg_speed"] for row in rows})]
@@ -38,7 +36,7 @@ def remarks(rows: Iterable[Row]) -> list[str]:
 
 def _on_leg(rows: list[Row], leg_speed: float) -> str:
     parts = []
-    for angle, name in DIRECTIONS.items():
+    for name, angle in DIRECTIONS.items():
         pairs = _pairs(rows, leg_speed, angle)
         if not pairs:
             continue

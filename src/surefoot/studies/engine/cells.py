@@ -6,7 +6,7 @@ import math
 import time
 import traceback
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass, fields
+from dataclasses import dataclass
 from itertools import islice
 from typing import Any, TypeVar
 
@@ -18,13 +18,10 @@ T = TypeVar("T")
 
 Row = dict[str, Any]
 
-Measure = Callable[[Any, Any], Row]
-"""Makes a row of a protocol and one of its cells."""
-
 MeasureMany = Callable[[Any, Sequence[Any]], "list[Row | str]"]
-"""The same for several cells at once; text for one that cannot be measured."""
+"""Makes of a study and some of its cells a row of each; text for one that cannot be measured."""
 
-Report = Callable[[int, int], None]
+Progress = Callable[[int, int], None]
 """Called with the number of cells that are there, and that of all."""
 
 
@@ -45,76 +42,31 @@ def without_infinity(value: Any) -> Any:
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
-def study_as_numbers(study: Any) -> dict[str, Any]:
-    """A study for JSON: a dataclass whose `rows` and `failures` are those of `run_cells`."""
-    rows = [without_infinity(row) for row in study.rows]
-    failures = [{**asdict(one.cell), "error": one.error} for one in study.failures]
-    return asdict(study) | {"rows": rows, "failures": failures}
-
-
-def run_cells(
-    ask: Measure,
-    kind: type,
-    protocol: Any,
-    shards: Shards,
-    *,
-    workers: int | Workers = -1,
-    report: Report | None = None,
-) -> tuple[list[Row], list[Failure]]:
-    """Measure every cell that is not there yet; each is kept as soon as it is done.
-
-    Args:
-        ask: makes a row of a protocol and one of its cells, in any process.
-        kind: of the cells, a dataclass; its fields are in the row.
-        protocol: the questions; its `cells()` are to be measured.
-        shards: keeps the rows.
-        workers: processes, -1 for all cores.
-        report: called with the number of cells that are there, and that of all.
-
-    Returns:
-        The rows of this protocol, in its order, and the cells that could not be measured.
-
-    Raises:
-        ParameterError: no workers.
-        MissingExtraError: joblib is not installed.
-    """
-    have = {_key_of(row, kind): row for row in shards.rows}
-    wanted = {_key_of(asdict(cell), kind): cell for cell in protocol.cells()}
-    failures = measure_missing(ask, protocol, wanted, have, shards, workers=workers, report=report)
-    return [have[key] for key in wanted if key in have], failures
-
-
-def _key_of(row: Row, kind: type) -> tuple[Any, ...]:
-    """A cell as a key; its numbers rounded, so that it survives a file."""
-    values = (row[one.name] for one in fields(kind))
-    return tuple(round(value, 9) if isinstance(value, float) else value for value in values)
-
-
 def measure_missing(
-    measure: Measure | MeasureMany,
-    protocol: Any,
+    measure: MeasureMany,
+    study: Any,
     cells: Mapping[Any, Any],
     have: dict[Any, Row],
     shards: Shards,
     *,
     workers: int | Workers,
-    at_once: int | None = None,
+    at_once: int = 1,
     keep_every: float = 0.0,
-    report: Report | None = None,
+    report: Progress | None = None,
 ) -> list[Failure]:
     """Measure every cell that is not there yet; a study that is stopped keeps what it has.
 
     Args:
-        measure: protocol and cell to a row, in any process.
-        protocol: the questions.
+        measure: makes rows of the study and at most `at_once` of its cells, in any process. If it
+            raises, each of them is measured alone.
+        study: the questions.
         cells: all that are wanted, by key, in the order in which they are begun.
         have: rows that are there, by key; those that are measured are added.
         shards: keeps the rows.
         workers: processes, -1 for all cores; or who works instead.
-        at_once: give `measure` up to so many cells, and it answers with a row, or the reason why
-            there is none, for each; None for one cell and one row.
+        at_once: how many cells are measured together, at most.
         keep_every: a finished cell waits no longer than this to be written to disk [s].
-        report: told how far it is.
+        report: called with the number of cells that are there, and that of all.
 
     Returns:
         The cells that could not be measured.
@@ -126,13 +78,13 @@ def measure_missing(
     """
     who = Processes(workers) if isinstance(workers, int) else workers
     missing = {key: cell for key, cell in cells.items() if key not in have}
-    work = _Work(measure, protocol, at_once is not None)
+    work = _Work(measure, study)
     failures: list[Failure] = []
     fresh: list[Row] = []
     kept, done = time.monotonic(), len(cells) - len(missing)
     if report is not None:
         report(done, len(cells))
-    tasks = dict(enumerate(batched(missing.items(), at_once or 1)))
+    tasks = dict(enumerate(batched(missing.items(), at_once)))
     try:
         for task, results in all_results(who, work, tasks, _each):
             answers = [results] * len(task) if isinstance(results, str) else results
@@ -157,16 +109,12 @@ def measure_missing(
 class _Work:
     """What is done with some cells in another process: an error comes back as text."""
 
-    measure: Any
-    protocol: Any
-    many: bool
+    measure: MeasureMany
+    study: Any
 
     def __call__(self, task: Sequence[tuple[Any, Any]]) -> list[Row | str] | str:
-        cells = [cell for _, cell in task]
         try:
-            if self.many:
-                return self.measure(self.protocol, cells)
-            return [self.measure(self.protocol, cell) for cell in cells]
+            return self.measure(self.study, [cell for _, cell in task])
         except Exception as error:  # whatever it is, the other cells go on and this one is reported
             if len(task) > 1:
                 return [self._alone(one) for one in task]

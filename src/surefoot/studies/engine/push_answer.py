@@ -10,7 +10,7 @@ from surefoot.dcm.pushes import Push
 from surefoot.interface import Controller
 from surefoot.rollout.outcome import Outcome
 from surefoot.studies.engine.pushed_walk import PUSHED_SIDE
-from surefoot.worlds.walk import simulate
+from surefoot.worlds.point.simulate import simulate
 
 SEEN = 2.5
 """How long after the beginning of a push its answer is watched [s]."""

@@ -6,15 +6,16 @@ right foot, so outward is to the left.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import product
 from typing import Any
 
+from surefoot.checks import check_number
 from surefoot.control.registry import find_method
-from surefoot.dcm.causal_limit import causal_push_limit
 from surefoot.dcm.nominal_gait import NominalGait, nominal_gait
-from surefoot.dcm.push_limit import check_leg, fixed_steps_limit, push_limit
+from surefoot.dcm.push_limit import causal_push_limit, check_leg, fixed_steps_limit, push_limit
 from surefoot.dcm.pushes import Push, push_direction
 from surefoot.errors import ParameterError
 from surefoot.interface import Controller
@@ -75,6 +76,35 @@ def check_count(name: str, value: int, usual: int) -> None:
         raise ParameterError(
             f"`{name}` as a whole number of at least 1", repr(value), f"{usual} is usual"
         )
+
+
+def check_sizes(name: str, values: Sequence[float], unit: str, *, endless: bool = False) -> None:
+    """Refuse numbers of which there is none, or one twice, or one that is not above 0.
+
+    Args:
+        name: what the caller calls them.
+        values: what the caller gave.
+        unit: of each.
+        endless: whether infinity is allowed.
+
+    Raises:
+        ParameterError: they are refused.
+    """
+    check_different(name, values)
+    for value in values:
+        check_number(name, value, 0.0, unit, above=True, endless=endless)
+
+
+def check_different(name: str, values: Sequence[Any]) -> None:
+    """Refuse a list that is empty, or that holds something twice.
+
+    Raises:
+        ParameterError: it is refused.
+    """
+    if not values:
+        raise ParameterError(f"at least one of `{name}`", "none", "name one")
+    if len(set(values)) < len(values):
+        raise ParameterError(f"`{name}` without repetition", f"{values}", "name each of them once")
 
 
 @dataclass(frozen=True)

@@ -20,7 +20,7 @@ What is shown is said once, as parts in an order:
 | --- | --- | --- | --- |
 | `Text` | a paragraph | a paragraph | a paragraph |
 | `Table` | in pieces if it is too wide | under its heading | under its heading |
-| `Figure` | left out | a link to its file | inside the page, or a link |
+| `Figure` | left out | a link to its file | inside the page, a link, or left out |
 | `Details` | left out | under a heading | under a heading, folded if asked |
 | `Interactive` | left out | left out | with its script, inside the page |
 
@@ -38,7 +38,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from importlib.resources import files
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from matplotlib import style
 from rich.console import Console
@@ -58,6 +58,7 @@ GAP = 2
 """Between columns in a terminal."""
 
 _NUMBER = re.compile("[-+\N{MINUS SIGN}±≥>~]?\\s*[\\d.]")
+_UNIT_OR_WORD = re.compile(r"\[[^\]]*\]|\S+")
 _CODE, _LINK = re.compile(r"`([^`]+)`"), re.compile(r"\[([^\]]+)\]\(([^)]+)\)")
 
 
@@ -75,14 +76,19 @@ class Table:
     Attributes:
         title: its heading; empty for none.
         note: what it shows, in a sentence or two.
-        columns: headings, the first one of what names a row.
+        columns: headings, first those of what names a row.
         rows: one text for each column; numbers as they are to be read.
+        names: how many columns name a row; all pieces of a table that is wider than the terminal
+            begin with them.
+        alarming: texts that a page shows in the colour of an alarm, such as a failed verdict.
     """
 
     title: str
     note: str
     columns: Sequence[str]
     rows: Sequence[Sequence[str]]
+    names: int = 1
+    alarming: Sequence[str] = ()
 
     def __post_init__(self) -> None:
         for row in self.rows:
@@ -108,14 +114,14 @@ class Figure:
         name: of its file inside the folder, with folders and its ending, .png on a page.
         caption: what it shows.
         draw: makes it, in the style of the package.
-        embedded: whether the page holds it; a picture that differs from run to run, such as one of
-            times, lies beside the page and is linked.
+        page: whether the page holds it; or links it, as one that differs from run to run, since
+            times do; or leaves it out, as one that the page draws itself.
     """
 
     name: str
     caption: str
     draw: Callable[[], Any]
-    embedded: bool = True
+    page: Literal["inside", "link", "none"] = "inside"
 
     def content(self) -> bytes:
         """The content of its file."""
@@ -252,18 +258,32 @@ class Report:
             f"{self.name}.md": self.markdown().encode(),
             **pictures,
         }
-        try:
-            for name, content in contents.items():
-                path = folder / name
-                path.parent.mkdir(parents=True, exist_ok=True)
-                path.write_bytes(content)
-        except OSError as error:
-            raise FileError(
-                "a folder that can be written to",
-                f"{folder}: {error.strerror}",
-                "choose another place",
-            ) from error
-        return [folder / name for name in contents]
+        return write_files(contents, folder)
+
+
+def write_files(contents: Mapping[str, bytes], folder: Path) -> list[Path]:
+    """Write files into a folder, which is made if it does not exist.
+
+    Args:
+        contents: by path inside the folder.
+        folder: where to write.
+
+    Returns:
+        The files, in the order given.
+
+    Raises:
+        FileError: the folder cannot be made or written to.
+    """
+    try:
+        for name, content in contents.items():
+            path = folder / name
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_bytes(content)
+    except OSError as error:
+        raise FileError(
+            "a folder that can be written to", f"{folder}: {error.strerror}", "choose another place"
+        ) from error
+    return [folder / name for name in contents]
 
 
 def word_table(columns: tuple[str, str], words: Mapping[str, str]) -> Table:
@@ -315,7 +335,7 @@ def _markdown(part: Part) -> list[str]:
     if isinstance(part, Text):
         return [part.words, ""]
     if isinstance(part, Figure):
-        if not part.embedded:
+        if part.page == "link":
             return [f"{part.caption}: [{part.name}]({part.name}).", ""]
         return [f"![{part.caption}]({part.name})", "", part.caption, ""]
     if isinstance(part, Details):
@@ -335,16 +355,20 @@ def _print_table(table: Table, console: Console) -> None:
     """Print a table; in pieces that all begin with the first column, if it is too wide."""
     if table.title:
         console.print(TerminalText(table.title, style="bold"))
-    for place, piece in enumerate(_pieces(table, console.width)):
+    widths = [_width(table, index) for index in range(len(table.columns))]
+    narrow = sum(width + GAP for width in widths) - GAP > console.width
+    if narrow:
+        widths = [_least_width(table, index) for index in range(len(table.columns))]
+    for place, piece in enumerate(_pieces(widths, table.names, console.width)):
         if place:
             console.print()
         shown = TerminalTable(box=None, padding=(0, 1), pad_edge=False, header_style="bold")
         for index in piece:
-            right = table.numeric(index)
+            number, heading = table.numeric(index), table.columns[index]
+            if number and narrow:
+                heading = _wrapped(heading, widths[index])
             shown.add_column(
-                TerminalText(table.columns[index]),
-                justify="right" if right else "left",
-                no_wrap=right,
+                TerminalText(heading), justify="right" if number else "left", no_wrap=number
             )
         for row in table.rows:
             shown.add_row(*(TerminalText(row[index]) for index in piece))
@@ -353,16 +377,36 @@ def _print_table(table: Table, console: Console) -> None:
         console.print(TerminalText(f"\n{_bare(table.note)}"))
 
 
-def _pieces(table: Table, width: int) -> list[list[int]]:
+def _width(table: Table, column: int) -> int:
+    """How wide a column of a terminal is, all of it on single lines."""
+    return max(len(text) for text in (table.columns[column], *(row[column] for row in table.rows)))
+
+
+def _least_width(table: Table, column: int) -> int:
+    """How narrow a column may be: a number stands on one line, words and a heading may not."""
+    if not table.numeric(column):
+        return min(_width(table, column), WORD_WIDTH)
+    words = _UNIT_OR_WORD.findall(table.columns[column])
+    return max(map(len, (*words, *(row[column] for row in table.rows))))
+
+
+def _wrapped(heading: str, width: int) -> str:
+    """A heading on lines of at most `width`; a unit stays on one."""
+    lines = [""]
+    for word in _UNIT_OR_WORD.findall(heading):
+        if lines[-1] and len(lines[-1]) + 1 + len(word) > width:
+            lines.append("")
+        lines[-1] = f"{lines[-1]} {word}".strip()
+    return "\n".join(lines)
+
+
+def _pieces(widths: Sequence[int], names: int, width: int) -> list[list[int]]:
     """The columns of each piece of a table that is to be no wider than a terminal."""
-    least = []
-    for index, heading in enumerate(table.columns):
-        longest = max(len(text) for text in (heading, *(row[index] for row in table.rows)))
-        least.append(longest if table.numeric(index) else min(longest, WORD_WIDTH))
-    pieces = [[0]]
-    for index in range(1, len(least)):
+    first = list(range(names))
+    pieces = [[*first]]
+    for index in range(names, len(widths)):
         piece = pieces[-1]
-        if len(piece) > 1 and sum(least[one] + GAP for one in (*piece, index)) - GAP > width:
-            pieces.append([0])
+        if len(piece) > names and sum(widths[one] + GAP for one in (*piece, index)) - GAP > width:
+            pieces.append([*first])
         pieces[-1].append(index)
     return pieces

@@ -31,6 +31,10 @@ LARGEST_SHARE, LARGEST_BEYOND = 1.25, 50.0
 trunk is a freedom that the limit does not know, and an observer's error may let a walk survive by
 luck what it could not know."""
 
+FAILURES = ("none", "unsettled", "fell")
+"""What became of the smallest failing push: there was none, or the robot kept walking beside its
+gait, or it fell."""
+
 COMPILED_PORTION, PORTION = 64, 8
 """How many impulses are tried at once, with a compiled controller and without."""
 
@@ -55,6 +59,12 @@ class PushLimit:
     fell: bool
     scanned: float
     step: float
+
+    @property
+    def failure(self) -> str:
+        """One of `FAILURES`."""
+        none, unsettled, fell = FAILURES
+        return none if math.isinf(self.impulse) else fell if self.fell else unsettled
 
     @property
     def survived(self) -> float:

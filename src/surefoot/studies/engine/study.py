@@ -29,8 +29,11 @@ from __future__ import annotations
 
 import hashlib
 import inspect
+import platform
 from collections.abc import Iterable, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, fields
+from datetime import date
+from importlib import metadata
 from pathlib import Path
 from typing import Any, ClassVar, Generic, TypeVar
 
@@ -39,8 +42,7 @@ from msgspec import to_builtins
 from surefoot.compiled import source_stamp
 from surefoot.errors import StudyError
 from surefoot.robot.robot import Robot
-from surefoot.studies.engine.cells import Failure, Report, Row, measure_missing, without_infinity
-from surefoot.studies.engine.provenance import made_with
+from surefoot.studies.engine.cells import Failure, Progress, Row, measure_missing, without_infinity
 from surefoot.studies.engine.table import Shards, write_table
 from surefoot.studies.engine.workers import Workers
 from surefoot.version import VERSION
@@ -162,7 +164,7 @@ class Measured(Generic[S]):
 
 
 def run(
-    study: S, folder: Path, *, workers: int | Workers = -1, report: Report | None = None
+    study: S, folder: Path, *, workers: int | Workers = -1, report: Progress | None = None
 ) -> Measured[S]:
     """Measure what is missing, and write the table into `folder`/NAME.parquet.
 
@@ -185,8 +187,10 @@ def run(
     study.check()
     cells = list(study.cells())
     shards = Shards(folder, _common(study))
+    # A row that was made before a column of its cell was thought of has the column's default.
+    usual = {one.name: one.default for one in fields(cells[0])} if cells else {}
     names = list(study.columns(cells[0])) if cells else []
-    have = {_key([row.get(name) for name in names]): row for row in shards.rows}
+    have = {_key([row.get(name, usual.get(name)) for name in names]): row for row in shards.rows}
     wanted = {_key_of(study, one): one for one in map(study.measured_as, cells)}
     failures = measure_missing(
         _rows, study, wanted, have, shards, workers=workers, at_once=study.at_once(),
@@ -226,6 +230,28 @@ def stamp(kind: type) -> str:
         for path in sorted(folder.glob("*.py")):
             digest.update(f"{folder.name}/{path.name}".encode() + path.read_bytes())
     return digest.hexdigest()
+
+
+def installed_version(name: str) -> str:
+    """The version of a library, or "none"."""
+    try:
+        return metadata.version(name)
+    except metadata.PackageNotFoundError:
+        return "none"
+
+
+def made_with(*libraries: str) -> dict[str, str]:
+    """What a study was made with, where and when.
+
+    Args:
+        *libraries: whose versions matter.
+    """
+    return {
+        "python": platform.python_version(),
+        **{name: installed_version(name) for name in libraries},
+        "machine": f"{platform.system()} {platform.machine()}",
+        "date": date.today().isoformat(),
+    }
 
 
 def _rows(study: Study, cells: Sequence[Any]) -> list[Row | str]:

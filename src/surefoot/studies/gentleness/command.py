@@ -2,9 +2,19 @@
 
 from __future__ import annotations
 
+import sys
+from pathlib import Path
+
 import click
 
-from surefoot.options import compiling_notice, json_option, print_json, robot_option
+from surefoot.options import (
+    check_plotting,
+    compiling_notice,
+    json_option,
+    print_json,
+    robot_option,
+)
+from surefoot.studies.engine.command import run_shown, tell_failures
 
 
 @click.command()
@@ -17,30 +27,41 @@ from surefoot.options import compiling_notice, json_option, print_json, robot_op
     "--leg-speed", "leg_speeds", type=float, multiple=True, metavar="M/S",
     help="Speed limit of the swing foot, or inf; may be repeated. 3 and inf if left out.",
 )  # fmt: skip
+@click.option("--workers", type=int, default=-1, help="Processes; all cores if left out.")
+@click.option(
+    "--out", type=click.Path(path_type=Path), default=Path("gentleness"), show_default=True,
+    metavar="DIR", help="Folder for table, report and page.",
+)  # fmt: skip
 @json_option
 def gentleness(
-    robot: str, impulses: tuple[float, ...], leg_speeds: tuple[float, ...], as_json: bool
-) -> None:
+    robot: str, impulses: tuple[float, ...], leg_speeds: tuple[float, ...], workers: int,
+    out: Path, as_json: bool,
+) -> None:  # fmt: skip
     """Print how gently small pushes are answered: the unified controller beside the hybrid.
 
     Each push lasts 0.2 s, in four directions and at four phases of a step: how far the ZMP leaves
-    the centre of the foot, and by how much landings change in place and time.
+    the centre of the foot, and by how much landings change in place and time. A study that was
+    stopped goes on when the same command is given again.
     """
-    from surefoot.robot.robot import load_robot
-    from surefoot.studies.gentleness.gentleness import IMPULSES, LEG_SPEEDS
-    from surefoot.studies.gentleness.gentleness import gentleness as measure
-    from surefoot.studies.gentleness.gentleness_table import print_gentleness
-
-    with compiling_notice():
-        found = measure(
-            load_robot(robot),
-            impulses=impulses or IMPULSES,
-            leg_speeds=leg_speeds or LEG_SPEEDS,
-        )
-    numbers = [entry.as_numbers() for entry in found]
-    if as_json:
-        print_json({"gentleness": numbers})
-        return
+    check_plotting()
     from rich.console import Console
 
-    print_gentleness(numbers, Console())
+    from surefoot.robot.robot import load_robot
+    from surefoot.studies.gentleness.question import IMPULSES, LEG_SPEEDS, Gentleness
+    from surefoot.studies.gentleness.show import gentleness_report, numbers
+
+    study = Gentleness(
+        load_robot(robot), impulses=impulses or IMPULSES, leg_speeds=leg_speeds or LEG_SPEEDS
+    )
+    with compiling_notice():
+        study.check()
+    (found,) = run_shown({out: study}, out, workers=workers)
+    status = tell_failures(found.failures)
+    report = gentleness_report(found)
+    page, text = report.write(out)
+    if as_json:
+        print_json({"gentleness": numbers(found)})
+    else:
+        report.print(Console())
+        click.echo(f"\ntable: {out / f'{study.NAME}.parquet'}, page: {page}, report: {text}")
+    sys.exit(status)

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import sys
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import click
 
@@ -12,17 +13,16 @@ from surefoot.options import (
     compiling_notice,
     json_option,
     print_json,
-    progress_bar,
     robot_option,
 )
-from surefoot.studies.engine.command import stopped_by_ctrl_c
+from surefoot.studies.engine.command import run_shown, tell_failures
 
 
 @click.command("push-map")
 @robot_option
 @click.option(
     "--controller", "key", default="unified", show_default=True, metavar="METHOD",
-    help="Who is pushed; a wrong METHOD lists them.",
+    help="Method of the robot that is pushed; a wrong METHOD lists them.",
 )  # fmt: skip
 @click.option(
     "--velocity", nargs=2, type=float, default=(0.5, 0.0), show_default="0.5 0", metavar="VX VY",
@@ -48,7 +48,7 @@ from surefoot.studies.engine.command import stopped_by_ctrl_c
     "not: a hole that is narrower may be missed [N s].",
 )  # fmt: skip
 @click.option("--full", is_flag=True, help="Walk every impulse: no hole is missed.")
-@click.option("--workers", type=int, help="Threads; all cores if left out.")
+@click.option("--workers", type=int, default=-1, help="Processes; all cores if left out.")
 @click.option(
     "--out", type=click.Path(path_type=Path), default=Path("push-map"), show_default=True,
     metavar="DIR", help="Folder for table, page and pictures.",
@@ -57,57 +57,48 @@ from surefoot.studies.engine.command import stopped_by_ctrl_c
 def push_map(
     robot: str, key: str, velocity: tuple[float, float], leg_speed: float, directions: int,
     phases: int, step: float, push_duration: float, coarse: float | None, full: bool,
-    workers: int | None, out: Path, as_json: bool,
+    workers: int, out: Path, as_json: bool,
 ) -> None:  # fmt: skip
     """Map what one controller survives: directions, phases of a step and impulses to the limit.
 
-    DIR/push-map.html is a page on which to look at every cell and every push; push-map.png and
-    push-map-polar.png are pictures, push-map.parquet holds every walk. A map that was stopped goes
-    on when the same command is given again; another one needs another DIR.
+    DIR/push-map.html is a page on which to look at every cell and every push; push-map.md has its
+    tables as text, push-map.png and push-map-polar.png are pictures, push-map.parquet holds every
+    walk. A map that was stopped goes on when the same command is given again; another one needs
+    another DIR.
+
+    Exits with 1 if a cell could not be measured.
     """
+    from rich.console import Console
+
     from surefoot.control.registry import find_method
     from surefoot.errors import ParameterError
     from surefoot.robot.robot import load_robot
-    from surefoot.studies.push_map.push_grid import PushGrid
+    from surefoot.studies.push_map.map_numbers import MapNumbers
+    from surefoot.studies.push_map.question import PushMap
+    from surefoot.studies.push_map.show import as_numbers, report
 
     if full and coarse is not None:
         raise ParameterError("`--coarse` or `--full`", "both", "leave one of them out")
-    if workers is not None and workers < 1:
-        raise ParameterError(
-            "a number of workers of at least 1", str(workers), "leave it out for all cores"
-        )
     check_plotting()
-    grid = PushGrid(directions, phases, step, step if full else coarse, push_duration)
-    who = find_method(key)
-    controller = who.controller(load_robot(robot).with_leg(max_speed=leg_speed), velocity)
-    _map(controller, who.label, grid, out, workers, as_json)
-
-
-def _map(
-    controller: Any, label: str, grid: Any, out: Path, workers: int | None, as_json: bool
-) -> None:
-    from surefoot.studies.push_map.push_cube import measure_cube, warm_up
-
-    with stopped_by_ctrl_c(out, "the phases that are finished are kept"):
-        with compiling_notice(patience=6.0, about="a minute"):
-            warm_up(controller)
-        with progress_bar("pushing") as report:
-            result = measure_cube(controller, grid, out, name=label, workers=workers, report=report)
-    _show(result, out, as_json)
-
-
-def _show(result: Any, out: Path, as_json: bool) -> None:
-    from rich.console import Console
-
-    from surefoot.studies.push_map.cube import push_cube
-    from surefoot.studies.push_map.push_cube import TABLE
-    from surefoot.studies.push_map.push_cube_report import print_cube, write_cube_report
-    from surefoot.studies.push_map.push_cube_words import summary
-
-    cube = push_cube(result.rows, result.grid, result.provenance)
-    page, *pictures = write_cube_report(cube, out)
+    asked = find_method(key)
+    study = PushMap(
+        asked.controller(load_robot(robot).with_leg(max_speed=leg_speed), velocity),
+        directions, phases, step, step if full else coarse, push_duration, label=asked.label,
+    )  # fmt: skip
+    study.check()
+    with compiling_notice(patience=6.0, about="a minute"):
+        # Here, so that not every process compiles.
+        few = replace(study, directions=1, phases=1, step=1e4, coarse=None)
+        few.measure_many(list(few.cells()))
+    (found,) = run_shown({out: study}, out, workers=workers, what="pushing")
+    if status := tell_failures(found.failures):
+        sys.exit(status)
+    numbers = MapNumbers(found)
+    shown = report(numbers)
+    page, *others = shown.write(out)
     if as_json:
-        print_json(result.as_numbers() | {"summary": summary(cube)})
+        print_json(as_numbers(numbers))
         return
-    print_cube(cube, Console())
-    click.echo(f"\npage: {page}, table: {out / TABLE}, pictures: {', '.join(map(str, pictures))}")
+    shown.print(Console())
+    table = out / f"{study.NAME}.parquet"
+    click.echo(f"\npage: {page}, table: {table}, text and pictures: {', '.join(map(str, others))}")

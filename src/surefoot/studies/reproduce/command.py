@@ -2,18 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
-from surefoot.options import check_plotting, compiling_notice
-
-if TYPE_CHECKING:
-    from surefoot.robot.robot import Robot
-    from surefoot.studies.reproduce.paper_body import BodyAnswer
-    from surefoot.studies.reproduce.paper_report import PaperReport
+from surefoot.options import check_plotting, compiling_notice, progress_bar
 
 
 @click.command()
@@ -40,39 +33,26 @@ def reproduce(simulator: str, out: Path) -> None:
     mass: DIR/paper_body.html and DIR/paper_body.md.
     """
     check_plotting()
-    from surefoot.checks import check_folder
-
     if simulator == "mujoco":
         _reproduce_on_body(out)
-        return
-    import dataclasses
+    else:
+        _reproduce(out)
 
+
+def _reproduce(out: Path) -> None:
+    """Walk and push the paper's point mass and write what it did."""
+    from surefoot.checks import check_folder
     from surefoot.robot.robot import load_robot
-    from surefoot.show.paper_axes import png
-    from surefoot.studies.reproduce.one_step import limits_table
-    from surefoot.studies.reproduce.paper_claims import paper_parameters, reproduce_paper
-    from surefoot.studies.reproduce.paper_figures import (
-        CAPTIONS,
-        decision_time_figures,
-        paper_figures,
-    )
-    from surefoot.studies.reproduce.paper_report import PaperReport, Table, write_paper_report
+    from surefoot.studies.reproduce.measure import reproduce_paper
+    from surefoot.studies.reproduce.show import paper_report
 
     check_folder(out)
     robot = load_robot("paper-biped").replace(mass=70.0)
     click.echo("walking, pushing and scanning; this takes under a minute ...", err=True)
     results = reproduce_paper(robot)
-    report = PaperReport(
-        claims=[dataclasses.astuple(claim) for claim in results.claims],
-        parameters=paper_parameters(robot),
-        pictures={n: png(f) for n, f in paper_figures(results.rollouts).items()},
-        captions=CAPTIONS,
-        tables=[Table(*limits_table(results.limits))],
-        clock_pictures={n: png(f) for n, f in decision_time_figures(results.rollouts).items()},
-    )
     for claim in results.claims:
         click.echo(f"{claim.figure}, {claim.text}: {claim.verdict}")
-    click.echo(f"report: {write_paper_report(report, out)[0]}")
+    click.echo(f"report: {paper_report(robot, results).write(out)[0]}")
 
 
 def _reproduce_on_body(out: Path) -> None:
@@ -82,54 +62,14 @@ def _reproduce_on_body(out: Path) -> None:
     optional_module("mujoco", "physics", "mujoco")
     optional_module("daqp", "inverse dynamics", "mujoco")
     from surefoot.robot.robot import load_robot
-    from surefoot.studies.reproduce.paper_body import paper_push_answers
+    from surefoot.studies.reproduce.body import body_claim, paper_push_answers
+    from surefoot.studies.reproduce.show import body_report
 
     check_folder(out)
     robot = load_robot("paper-biped")
     click.echo("walking and pushing in physics; this takes a minute ...", err=True)
-    with compiling_notice(20.0, "a minute"):
-        answers = paper_push_answers(robot)
-    report = body_report(robot, answers)
-    for figure, what, _, ours, verdict, _ in report.claims:
-        click.echo(f"{figure}, {what}: {ours.split(';')[0]}; {verdict}")
-    from surefoot.studies.reproduce.paper_report import write_paper_report
-
-    click.echo(f"report: {write_paper_report(report, out)[0]}")
-
-
-def body_report(robot: Robot, answers: Sequence[BodyAnswer]) -> PaperReport:
-    """What a robot did with the paper's pushes, as a report.
-
-    Args:
-        robot: that was pushed.
-        answers: of `studies.reproduce.paper_body.paper_push_answers`.
-    """
-    import dataclasses
-
-    from surefoot.show.body_figure import body_picture
-    from surefoot.studies.reproduce import paper_body
-    from surefoot.studies.reproduce.paper_report import PaperReport, Table
-
-    pictures, captions = {}, {}
-    for one in answers:
-        if one.drawn and one.rollout.body is not None:
-            claim = paper_body.body_claim(one)
-            name = f"body-{one.method}-{one.push.impulse:g}-{one.push.direction.replace(' ', '-')}"
-            pictures[name] = body_picture(one.rollout, one.rollout.body)
-            captions[name] = f"{claim.figure}: {claim.text}. {claim.ours}."
-    return PaperReport(
-        claims=[dataclasses.astuple(paper_body.body_claim(one)) for one in answers],
-        parameters=paper_body.body_parameters(robot, answers),
-        pictures=pictures,
-        captions=captions,
-        tables=[Table(
-            "Step by step",
-            "From the pushed step on. The last column is how far the DCM is, when the foot lands, "
-            "from where it is without a push.",
-            paper_body.STEP_COLUMNS,
-            paper_body.step_rows([one for one in answers if one.drawn]),
-        )],
-        name="paper_body",
-        heading="The paper's pushes on a body",
-        command="surefoot reproduce --simulator mujoco",
-    )  # fmt: skip
+    with compiling_notice(20.0, "a minute"), progress_bar("pushing") as report:
+        answers = paper_push_answers(robot, report=report)
+    for claim in map(body_claim, answers):
+        click.echo(f"{claim.figure}, {claim.text}: {claim.ours.split(';')[0]}; {claim.verdict}")
+    click.echo(f"report: {body_report(robot, answers).write(out)[0]}")

@@ -21,10 +21,15 @@ from surefoot.dcm.pushes import Push
 from surefoot.dcm.step_problem import OFFSET_PENALTY, OFFSET_WEIGHT
 from surefoot.robot.feet import Side
 from surefoot.robot.robot import Robot
+from surefoot.studies.engine.report import Table
+from surefoot.studies.reproduce.question import (
+    AXES,
+    NOT_REPRODUCED,
+    UNDER_ASSUMPTIONS,
+    VELOCITY,
+    Claim,
+)
 from surefoot.worlds.point.landings import pushed_landings
-
-VELOCITY = (0.5, 0.0)
-"""Of the walk that is pushed [m/s]."""
 
 PUSH_DELAY, PUSH_DURATION = 0.1, 0.2
 """From the touchdown to the push, and its length [s]: the paper's push in the third step."""
@@ -47,7 +52,11 @@ LEG_SPEEDS = (math.inf, 9.0, 8.0, 6.0, 4.0, 3.0)
 HIPS = (0.2, 0.01)
 OFFSET_WEIGHTS = (OFFSET_WEIGHT, (1e3, 1e3), (2e4, 2e4))
 PENALTIES = (OFFSET_PENALTY, 0.0)
-DIRECTIONS = ((1.0, 0.0), (0.0, 1.0), (0.0, -1.0))
+DIRECTIONS = ("+x", "+y", "-y")
+"""Of the pushes, keys of `AXES`; the paper's limits are along x and along y."""
+
+NEAR = 0.03
+"""A limit this close to the paper's, as a fraction, counts as the same [-]."""
 
 
 @dataclass(frozen=True)
@@ -55,7 +64,7 @@ class OneStepLimit:
     """One set of assumptions and the largest impulse that one step absorbs under it.
 
     Attributes:
-        direction: of the push (x, y).
+        direction: of the push, one of `DIRECTIONS`.
         leg_speed: largest speed of the swing foot [m/s].
         hip: lateral distance of the sole centres [m].
         offset_weight: (a4, a5) [1/m^2].
@@ -67,7 +76,7 @@ class OneStepLimit:
             none does, inf if all do [N s].
     """
 
-    direction: tuple[float, float]
+    direction: str
     leg_speed: float
     hip: float
     offset_weight: tuple[float, float]
@@ -120,7 +129,7 @@ def nearest_limits(
     rows: Sequence[OneStepLimit], target: float, *, along_x: bool
 ) -> list[OneStepLimit]:
     """The rows that come closest to an impulse [N s], all of them if several are equally close."""
-    chosen = [row for row in rows if (row.direction[0] != 0.0) == along_x]
+    chosen = [row for row in rows if row.direction.endswith("x") == along_x]
     closest = min(abs(row.impulse - target) for row in chosen)
     return [row for row in chosen if abs(row.impulse - target) <= closest + 1e-9]
 
@@ -134,7 +143,7 @@ def limits_by_assumptions(
         Assumptions in words with the impulses towards +x, +y and -y [N s]; the set that comes
         nearest to both of the paper's limits at once is the first.
     """
-    sets: dict[str, dict[tuple[float, float], float]] = {}
+    sets: dict[str, dict[str, float]] = {}
     for row in rows:
         sets.setdefault(row.assumptions, {})[row.direction] = row.impulse
 
@@ -142,16 +151,38 @@ def limits_by_assumptions(
         sideways = min(abs(impulse - PAPER_Y) for impulse in impulses[1:])
         return abs(impulses[0] - PAPER_X) / PAPER_X + sideways / PAPER_Y
 
-    x, y, minus_y = DIRECTIONS
-    table = [(words, (limit[x], limit[y], limit[minus_y])) for words, limit in sets.items()]
+    table = [(words, (one["+x"], one["+y"], one["-y"])) for words, one in sets.items()]
     return sorted(table, key=lambda entry: miss(entry[1]))
 
 
-def limits_table(
-    rows: Sequence[OneStepLimit],
-) -> tuple[str, str, tuple[str, ...], list[tuple[str, ...]]]:
-    """The table of assumptions in words: title, note, columns and rows."""
-    return (
+def claim_one_step(limits: list[OneStepLimit], target: float, *, along_x: bool) -> Claim:
+    """The largest impulse that one step absorbs, under the assumptions that come nearest.
+
+    With the step at its longest, T shrinks as the impulse grows, until the foot lands before the
+    push ends: whether it may decides more than all else.
+    """
+    nearest = nearest_limits(limits, target, along_x=along_x)
+    strict = nearest_limits([row for row in limits if row.nominal], target, along_x=along_x)
+    near = abs(nearest[0].impulse - target) <= NEAR * target
+    axis = "x" if along_x else "y"
+    both, (x, y, minus_y) = limits_by_assumptions(limits)[0]
+    return Claim(
+        "IV-B, one step",
+        f"largest impulse in {axis} that one step absorbs",
+        f"{target:g} N s",
+        f"nearest: {nearest[0].direction} {nearest[0].impulse:.2f} N s ({nearest[0].assumptions}); "
+        f"with d = d_nom required: {strict[0].direction} {strict[0].impulse:.2f} N s "
+        f"({strict[0].assumptions})",
+        UNDER_ASSUMPTIONS if near else NOT_REPRODUCED,
+        f"the paper states no assumptions, so all {len(limits)} limits of the table were searched. "
+        f"One set comes nearest to both numbers at once: {both}: +x {x:.2f}, +y {y:.2f}, "
+        f"-y {minus_y:.2f} N s. A leg speed found by a search is an explanation, no proof",
+    )
+
+
+def limits_table(rows: Sequence[OneStepLimit]) -> Table:
+    """The table of assumptions in words."""
+    return Table(
         "One-step limits under every set of assumptions",
         f"The largest impulse that one step absorbs, scanned upwards by {IMPULSE_STEP:g} N s to "
         f"{LARGEST_IMPULSE:g} N s from the smallest that is answered by a step. The paper reports "
@@ -171,12 +202,11 @@ def _impulse_words(impulse: float) -> str:
 
 
 @cache
-def _scan(direction: tuple[float, float]) -> tuple[Push, ...]:
+def _scan(direction: str) -> tuple[Push, ...]:
     count = math.floor(LARGEST_IMPULSE / IMPULSE_STEP) + 1
-    forces = IMPULSE_STEP * np.arange(count) / PUSH_DURATION
     return tuple(
-        Push(PUSH_DELAY, PUSH_DURATION, (direction[0] * force, direction[1] * force))
-        for force in forces.tolist()
+        Push.of_impulse(impulse, AXES[direction], PUSH_DELAY, PUSH_DURATION)
+        for impulse in (IMPULSE_STEP * np.arange(count)).tolist()
     )
 
 

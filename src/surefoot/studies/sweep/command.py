@@ -4,16 +4,11 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
 import click
 
-from surefoot.options import check_plotting, json_option, print_json, progress_bar
-from surefoot.studies.engine.command import stopped_by_ctrl_c, tell_failures
-
-if TYPE_CHECKING:
-    from surefoot.studies.sweep.sweep import SweepTable
-    from surefoot.studies.sweep.sweep_study import Study
+from surefoot.options import check_plotting, json_option, print_json
+from surefoot.studies.engine.command import run_shown, tell_failures
 
 
 @click.command()
@@ -43,85 +38,45 @@ def sweep(
     """Measure what becomes of a walk over any parameters: a grid, or values that are drawn.
 
     STUDY.toml says which parameters of robot, gait, controller, push and disturbance are set and
-    which vary. DIR/sweep.parquet holds a row for each combination. A study that was stopped or
-    killed goes on when the same command is given again, and measures nothing twice.
+    which vary. DIR/sweep.parquet holds a row for each combination, sweep.html and sweep.md say what
+    came out. A study that was stopped or killed goes on when the same command is given again, and
+    measures nothing twice.
 
     Exits with 1 if a cell could not be measured.
     """
+    check_plotting()
+    from rich.console import Console
+
     from surefoot.checks import check_writable
     from surefoot.errors import ParameterError
-    from surefoot.studies.engine.workers import Cluster, Processes
-    from surefoot.studies.sweep.sweep import TABLE, run_sweep
-    from surefoot.studies.sweep.sweep_study import load_study
+    from surefoot.studies.engine.workers import Cluster
+    from surefoot.studies.sweep.columns import quantity_name
+    from surefoot.studies.sweep.pictures import draw_sweep
+    from surefoot.studies.sweep.show import as_numbers, report
+    from surefoot.studies.sweep.study_file import load_study
 
     asked = load_study(study)
     folder = out or Path(study.stem)
     if plot is not None:
-        check_plotting()
         check_writable(plot, (".png", ".pdf", ".svg"))
-        _check_quantity(asked, quantity)
+        quantity_name(asked.measures, quantity)
     elif quantity is not None:
         raise ParameterError("--plot with --quantity", "no --plot", "give --plot FILE.png")
-    who = Processes(workers) if cluster is None else Cluster(cluster)
-    with stopped_by_ctrl_c(folder), progress_bar("measuring") as report:
-        found = run_sweep(asked, folder, workers=who, report=report)
+    who = workers if cluster is None else Cluster(cluster)
+    (found,) = run_shown({folder: asked}, folder, workers=who)
     status = tell_failures(
         found.failures,
-        lambda cell: ", ".join(
-            f"{name} = {value}" for name, value in zip(asked.vary, cell.values, strict=True)
-        ),
+        lambda cell: ", ".join(f"{name} = {one}" for name, one in asked.columns(cell).items()),
     )
+    shown = report(found, quantity)
+    page, *others = shown.write(folder)
     if plot is not None:
-        _draw(found, plot, quantity)
+        draw_sweep(found, plot, quantity)
+        others.append(plot)
     if as_json:
-        print_json(_numbers(found))
+        print_json(as_numbers(found))
     else:
-        _show(found)
-        click.echo(f"\ntable: {folder / TABLE}" + (f", picture: {plot}" if plot else ""))
+        shown.print(Console())
+        table, rest = folder / f"{asked.NAME}.parquet", ", ".join(map(str, others))
+        click.echo(f"\npage: {page}, table: {table}, text and pictures: {rest}")
     sys.exit(status)
-
-
-def _check_quantity(study: Study, name: str | None) -> None:
-    """Refuse a quantity that the table will not have, before hours of measuring.
-
-    Raises:
-        ParameterError: there is none of that name.
-    """
-    from surefoot.studies.sweep.sweep_cell import RESULTS
-    from surefoot.studies.sweep.sweep_columns import quantity
-
-    quantity([RESULTS[study.measure]], list(study.vary), name)
-
-
-def _draw(found: SweepTable, path: Path, quantity: str | None) -> None:
-    from surefoot.studies.sweep.sweep_figure import draw_sweep
-
-    about = {
-        "title": found.study.title,
-        "robot": found.provenance["robot"],
-        "controller": found.study.controller,
-        "sampling": found.study.sampling,
-        "varied": list(found.study.vary),
-    }
-    draw_sweep(found.rows, about, path, quantity=quantity)
-
-
-def _numbers(found: SweepTable) -> dict[str, Any]:
-    from surefoot.studies.engine.cells import without_infinity
-
-    return {
-        "title": found.study.title,
-        "varied": list(found.study.vary),
-        "rows": [without_infinity(row) for row in found.rows],
-        "failures": len(found.failures),
-        "provenance": found.provenance,
-    }
-
-
-def _show(found: SweepTable) -> None:
-    """What came out, in a few lines; the cells themselves if there are not many."""
-    from rich.console import Console
-
-    from surefoot.studies.sweep.sweep_table import print_sweep
-
-    print_sweep(found.rows, list(found.study.vary), found.study.title, Console())

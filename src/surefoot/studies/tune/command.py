@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import shlex
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 import click
 
@@ -20,14 +20,20 @@ from surefoot.options import (
 )
 from surefoot.studies.engine.command import stopped_by_ctrl_c
 
+if TYPE_CHECKING:
+    from surefoot.studies.tune.question import Question
+
 USUAL_LEG_SPEED = 3.0
 """Of a robot whose file names no limit [m/s]."""
 
 QUICK_PHASES, QUICK_STEP = 1, 0.1
 """Of a quick search: phases, and the step of the scan as a share of the smallest limit."""
 
+SETTINGS = "tuned.toml"
+"""Name of the file of settings."""
+
 PREFERENCES = ("survival", "gentleness", "balance")
-"""The keys of `studies.tune.tune_choice`, here too so that `--help` need not load them; a test
+"""The keys of `studies.tune.choice`, here too so that `--help` need not load them; a test
 compares."""
 
 
@@ -52,7 +58,7 @@ compares."""
 @click.option("--seed", type=int, default=0, show_default=True, metavar="N", help="Of the search.")
 @click.option(
     "--knob", "knobs", multiple=True, metavar="NAME[=LOW:HIGH]",
-    help="Search this one, within this range; may be repeated. All usual ones if left out.",
+    help="Search this parameter, within this range; may be repeated. All usual ones if left out.",
 )  # fmt: skip
 @click.option(
     "--prefer", type=click.Choice(PREFERENCES), default="survival", show_default=True,
@@ -91,7 +97,7 @@ def tune(
     check_plotting()
     from surefoot.checks import optional_module
     from surefoot.robot.robot import load_robot
-    from surefoot.studies.tune.tune_question import Question
+    from surefoot.studies.tune.question import Question
 
     optional_module("optuna", "tuning", "tune")
     body = load_robot(robot)
@@ -108,38 +114,30 @@ def tune(
     walk = f"surefoot walk --robot {shlex.quote(robot)} --velocity {velocity[0]:g} {velocity[1]:g}"
     if leg_speed is not None:
         walk += f" --leg-speed {leg_speed:g}"
+    walk += f" --settings {shlex.quote(str(out / SETTINGS))}"
     _tune(question, out, trials, prefer, workers, walk, as_json)
 
 
 def _tune(
-    question: Any, out: Path, trials: int, prefer: str, workers: int | None, walk: str,
+    question: Question, out: Path, trials: int, prefer: str, workers: int | None, walk: str,
     as_json: bool,
 ) -> None:  # fmt: skip
-    from surefoot.studies.tune.tune import tune as search
-
-    with stopped_by_ctrl_c(out), progress_bar("tuning") as report:
-        tuned = search(question, out, trials, prefer=prefer, workers=workers, report=report)
-    _show(tuned, out, walk, as_json)
-
-
-def _show(tuned: Any, out: Path, walk: str, as_json: bool) -> None:
     from rich.console import Console
 
     from surefoot.control.settings import settings_text
-    from surefoot.studies.tune.tune_report import (
-        SETTINGS,
-        print_tuning,
-        settings_notes,
-        write_tuning,
-    )
+    from surefoot.studies.engine.report import write_files
+    from surefoot.studies.tune.search import tune as search
+    from surefoot.studies.tune.show import report, settings_notes
 
-    numbers = tuned.as_numbers()
-    command = f"{walk} --settings {shlex.quote(str(out / SETTINGS))}"
-    settings = settings_text(tuned.settings, settings_notes(numbers, command))
-    files = write_tuning(numbers, settings, out, command)
+    with stopped_by_ctrl_c(out), progress_bar("tuning") as progress:
+        tuned = search(question, out, trials, prefer=prefer, workers=workers, report=progress)
+    shown = report(tuned, walk)
+    page, text, picture = shown.write(out)
+    settings = settings_text(tuned.settings, settings_notes(tuned, walk))
+    (path,) = write_files({SETTINGS: settings.encode()}, out)
     if as_json:
-        print_json(numbers)
+        print_json(tuned.as_numbers())
         return
-    print_tuning(numbers, Console())
-    click.echo(f"\nreport: {files[0]}, picture: {files[1]}, settings: {files[2]}")
-    click.echo(f"walk with it: {command}")
+    shown.print(Console())
+    click.echo(f"\nreport: {page}, text: {text}, picture: {picture}, settings: {path}")
+    click.echo(f"walk with it: {walk}")

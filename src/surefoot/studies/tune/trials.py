@@ -21,7 +21,7 @@ import numpy as np
 
 from surefoot.checks import optional_module
 from surefoot.errors import FileError, StudyError
-from surefoot.studies.tune.knobs import Knob, rounded
+from surefoot.studies.tune.parameters import Parameter, rounded
 
 JOURNAL, NAME = "trials.journal", "tune"
 
@@ -29,7 +29,7 @@ RANDOM_TRIALS = 10
 """So many are drawn at random, after the default, before the search learns from them."""
 
 REFUSED = "refused"
-"""Under this name a trial tells why the controller refused its values."""
+"""Under this name a trial keeps why the controller refused its values."""
 
 NOTES = "note:"
 """Begins the name of what a search remembers beside its trials."""
@@ -41,7 +41,7 @@ class Tried:
 
     Attributes:
         number: 0 is the default.
-        values: of the knobs.
+        values: of the parameters.
         objectives: what came out, or None if the controller refused the values.
         told: what else was measured, or under `REFUSED` why they were refused.
     """
@@ -54,7 +54,7 @@ class Tried:
 
 Measure = Callable[[dict[str, float]], tuple[tuple[float, float] | None, dict[str, Any]]]
 """Makes of values what is to be large and what is to be small, or None if the controller refuses
-them, and what else is told."""
+them, and what else is kept."""
 
 
 @dataclass(frozen=True)
@@ -63,7 +63,7 @@ class Trials:
 
     Args:
         folder: it exists.
-        knobs: that are searched.
+        parameters: that are searched.
         start: values of the first trial.
         seed: of the search.
 
@@ -73,7 +73,7 @@ class Trials:
     """
 
     folder: Path
-    knobs: tuple[Knob, ...]
+    parameters: tuple[Parameter, ...]
     start: Mapping[str, float]
     seed: int = 0
     study: Any = field(init=False, repr=False)
@@ -109,7 +109,7 @@ class Trials:
         for trial in self.study.get_trials(deepcopy=False):
             told = trial.user_attrs.get("told", {})
             if trial.values or REFUSED in told:
-                values = {knob.name: self._tried(knob, trial.params) for knob in self.knobs}
+                values = {one.name: self._tried(one, trial.params) for one in self.parameters}
                 good = (trial.values[0], trial.values[1]) if trial.values else None
                 found.append(Tried(len(found), values, good, told))
         return found
@@ -145,7 +145,7 @@ class Trials:
         """What was measured beside the trials: once, and then read from the journal.
 
         Args:
-            question: plain values that tell it from others.
+            question: plain values that distinguish it from others.
             measure: makes the answer, plain values too.
         """
         name = NOTES + json.dumps(question, sort_keys=True)
@@ -155,21 +155,21 @@ class Trials:
             return self.study.user_attrs[name]
         return notes[name]
 
-    def _tried(self, knob: Knob, drawn: Mapping[str, float]) -> float:
+    def _tried(self, one: Parameter, drawn: Mapping[str, float]) -> float:
         # The default is tried as it is, whatever its digits.
-        value = drawn[knob.name]
-        if value == self.start[knob.name]:
+        value = drawn[one.name]
+        if value == self.start[one.name]:
             return value
-        return min(max(rounded(value), knob.low), knob.high)
+        return min(max(rounded(value), one.low), one.high)
 
     def _try_one(self, optuna: Any, done: int, measure: Measure) -> None:
         ranges = {
-            knob.name: optuna.distributions.FloatDistribution(knob.low, knob.high, log=knob.log)
-            for knob in self.knobs
+            one.name: optuna.distributions.FloatDistribution(one.low, one.high, log=one.log)
+            for one in self.parameters
         }
         state = optuna.trial.TrialState
         if done == 0:
-            good, told = measure({knob.name: self.start[knob.name] for knob in self.knobs})
+            good, told = measure({one.name: self.start[one.name] for one in self.parameters})
             # Whole or not at all: a trial that is only asked for is lost to a kill.
             self.study.add_trial(
                 optuna.trial.create_trial(
@@ -184,7 +184,7 @@ class Trials:
         self.study.sampler = _sampler(optuna, self.seed, done)
         with _quiet():
             trial = self.study.ask(ranges)
-        good, told = measure({knob.name: self._tried(knob, trial.params) for knob in self.knobs})
+        good, told = measure({one.name: self._tried(one, trial.params) for one in self.parameters})
         try:
             trial.set_user_attr("told", told)
             self.study.tell(trial, good, state=state.FAIL if good is None else state.COMPLETE)
@@ -197,12 +197,12 @@ class Trials:
 
 
 def pareto_front(trials: Sequence[Tried]) -> list[Tried]:
-    """The trials that no other one beats: none is at least as good in both and better in one."""
+    """The trials that no other one dominates by being as good in both and better in one."""
     good = [one for one in trials if one.objectives is not None]
-    return [one for one in good if not any(_beats(other, one) for other in good)]
+    return [one for one in good if not any(_dominates(other, one) for other in good)]
 
 
-def _beats(one: Tried, other: Tried) -> bool:
+def _dominates(one: Tried, other: Tried) -> bool:
     if one.objectives is None or other.objectives is None:
         return False
     (survival, gentleness), (least, most) = one.objectives, other.objectives

@@ -1,6 +1,6 @@
 """Any controller of the point mass, walking a body: standing, first step, steps, and a stand again.
 
-Each cycle: the state of the mechanism, what the controller is told of it, its command, a reference
+Each cycle: the state of the mechanism, what the controller is given, its command, a reference
 for the body, and the motors. Steps end when the foot meets the ground, early, in time or late.
 """
 
@@ -10,6 +10,7 @@ import math
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from types import MappingProxyType
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,17 +24,15 @@ from surefoot.robot.feet import Side
 from surefoot.robot.legs import find_legs
 from surefoot.robot.multibody import Multibody
 from surefoot.robot.own_units import OwnUnits
-from surefoot.worlds.body.body_reference import BODY_REFERENCE
-from surefoot.worlds.body.course import Course, Hold, Pull, Steering
-from surefoot.worlds.body.joint_command import JointCommand
-from surefoot.worlds.body.mapping import Mapping
+from surefoot.worlds.body.course import Course, CourseController, VelocityCorrection
+from surefoot.worlds.body.interface import BODY_REFERENCE, JointCommand, JointMapping
 from surefoot.worlds.body.mechanics import Mechanics
 from surefoot.worlds.body.step import (
     BODY_LIMITS,
     BODY_WALK,
     DOWN,
-    LEAST_FLIGHT,
-    LEAST_RISE,
+    MIN_FLIGHT,
+    MIN_RISE,
     SHIFT,
     SOON_DOWN,
     STAND,
@@ -41,11 +40,12 @@ from surefoot.worlds.body.step import (
     BodyKernels,
     body_kernels,
 )
+from surefoot.worlds.steering import Steering
 
 STAND_GAIN = 1.0
 """How far beyond the DCM the ZMP goes, per distance from the middle of the feet [-]."""
 
-MOST_BRAKING = 4.08
+MAX_BRAKING = 4.08
 """Of a foot that comes near to its fellow, in g: its leg may have no limit."""
 
 TOUCH_FORCE = 0.03
@@ -56,12 +56,12 @@ _OWN = MappingProxyType(
         "settle_time": ("s", 1.05),
         "shift_time": ("s", 2.1),
         "place_rate": ("1/s", 0.143),
-        "most_correction": ("m/s", 0.0535),
-        "most_change": ("m/s^2", 0.00306),
-        "furthest": ("m", 0.375),
-        "most_drop": ("m", 0.15),
+        "max_correction": ("m/s", 0.0535),
+        "max_change": ("m/s^2", 0.00306),
+        "max_lead": ("m", 0.375),
+        "max_drop": ("m", 0.15),
         "height_stiffness": ("1/s^2", 3.26),
-        "most_lift": ("m/s^2", 0.816),
+        "max_lift": ("m/s^2", 0.816),
         "sink": ("m/s", 0.178),
     }
 )
@@ -80,11 +80,11 @@ class BodyState:
 
     Attributes:
         walk: a `BODY_WALK` record, shape (1,).
-        controller: at the velocity that it is told now.
+        controller: at the velocity that it is given now.
         memory: the controller's own state.
         observation, command: of the last cycle.
         course: where the robot should be.
-        pull: what is added to the velocity to take it there.
+        correction: what is added to the velocity to take it there.
         slow_steps: how many in a row, up to now, were to stay on the spot.
     """
 
@@ -94,7 +94,7 @@ class BodyState:
     observation: Observation
     command: Command
     course: Course
-    pull: Pull
+    correction: VelocityCorrection
     slow_steps: int = 0
 
 
@@ -112,46 +112,46 @@ class BodyControl:
         settle_time: standing before the first step; 1.05 / omega [s].
         shift_time: in which the DCM is moved to where that begins; 2.1 / omega [s].
         place_rate: rate at which an error of place is removed; 0 holds no place; 0.143 omega [1/s].
-        most_correction: of the velocity, to either side; 0.0535 sqrt(g h) [m/s].
-        most_change: of that correction; 0 never corrects; 0.00306 g [m/s^2].
-        furthest: the course waits for a robot that is this far from it; 0.375 h [m].
+        max_correction: of the velocity, to either side; 0.0535 sqrt(g h) [m/s].
+        max_change: of that correction; 0 never corrects; 0.00306 g [m/s^2].
+        max_lead: the course waits for a robot that is this far from it; 0.375 h [m].
         knee_bend: least one of a leg, sets the CoM's height in long steps [rad].
-        most_drop: of the CoM; 0.15 h [m].
+        max_drop: of the CoM; 0.15 h [m].
         height_stiffness: of the CoM's height; 3.26 omega^2 [1/s^2].
-        most_lift: largest vertical acceleration; 0.816 g [m/s^2].
+        max_lift: largest vertical acceleration; 0.816 g [m/s^2].
         sink: speed of a foot that waits for the ground; 0.178 sqrt(g h) [m/s].
     """
 
     controller: Controller
     multibody: Multibody
-    mapping: Mapping
+    mapping: JointMapping
     first_support: Side = Side.RIGHT
     settle_time: float | None = None
     shift_time: float | None = None
     place_rate: float | None = None
-    most_correction: float | None = None
-    most_change: float | None = None
-    furthest: float | None = None
+    max_correction: float | None = None
+    max_change: float | None = None
+    max_lead: float | None = None
     knee_bend: float = 0.3
-    most_drop: float | None = None
+    max_drop: float | None = None
     height_stiffness: float | None = None
-    most_lift: float | None = None
+    max_lift: float | None = None
     sink: float | None = None
     mechanics: Mechanics = field(init=False, repr=False, compare=False)
     limits: NDArray[np.void] = field(init=False, repr=False, compare=False)
     kernels: BodyKernels = field(init=False, repr=False, compare=False)
-    hold: Hold = field(init=False, repr=False, compare=False)
+    course_controller: CourseController = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         check_number("knee_bend", self.knee_bend, 0.0, "rad")
         own = OwnUnits.of(self.controller.robot).fill(self, _OWN)
-        for name in ("shift_time", "height_stiffness", "most_lift"):
+        for name in ("shift_time", "height_stiffness", "max_lift"):
             check_number(name, own[name], 0.0, _OWN[name][0], above=True)
         object.__setattr__(self, "mechanics", Mechanics(self.multibody))
         object.__setattr__(self, "limits", self._limits(own))
         object.__setattr__(self, "kernels", body_kernels())
-        hold = Hold(own["place_rate"], own["most_correction"], own["most_change"])
-        object.__setattr__(self, "hold", hold)
+        course = CourseController(own["place_rate"], own["max_correction"], own["max_change"])
+        object.__setattr__(self, "course_controller", course)
 
     def _limits(self, own: dict[str, float]) -> NDArray[np.void]:
         robot, multibody, gait = self.controller.robot, self.multibody, self.controller.gait
@@ -165,25 +165,29 @@ class BodyControl:
         for name, value in (
             ("settle_time", own["settle_time"]),
             ("shift_time", own["shift_time"]),
-            ("furthest", own["furthest"]),
-            ("most_drop", own["most_drop"]),
+            ("max_lead", own["max_lead"]),
+            ("max_drop", own["max_drop"]),
             ("stiffness", own["height_stiffness"]),
-            ("most_acceleration", own["most_lift"]),
+            ("max_acceleration", own["max_lift"]),
             ("sink", own["sink"]),
             ("period", self.controller.period),
             ("apex", robot.swing.height),
             ("landing_velocity", robot.swing.landing_velocity),
             ("step_duration", gait.step_duration),
             ("apart", robot.hip + robot.gait.step_y[0]),
-            ("braking", min(robot.swing.max_acceleration, MOST_BRAKING * robot.gravity)),
+            ("braking", min(robot.swing.max_acceleration, MAX_BRAKING * robot.gravity)),
             ("touch_force", TOUCH_FORCE * multibody.mass * robot.gravity),
             ("soon_down", SOON_DOWN * robot.swing.height),
             ("down", DOWN * robot.swing.height),
-            ("least_rise", LEAST_RISE * shortest),
-            ("least_flight", LEAST_FLIGHT * shortest),
+            ("min_rise", MIN_RISE * shortest),
+            ("min_flight", MIN_FLIGHT * shortest),
         ):
             limits[name] = value
         return limits
+
+    def fresh(self) -> Self:
+        """The same with a solver that remembers nothing, and room of its own to work in."""
+        return replace(self, mapping=self.mapping.fresh())
 
     @cached_property
     def in_place(self) -> Controller:
@@ -202,7 +206,7 @@ class BodyControl:
             observation=observation,
             command=Command.of(new_array(COMMAND)),
             course=Course((0.0, 0.0), 0.0, 0.0),
-            pull=Pull(),
+            correction=VelocityCorrection(),
         )
 
     def step(
@@ -301,8 +305,9 @@ class BodyControl:
         x, y = mechanics.sole_position[:, :2].mean(axis=0)
         course = Course((float(x), float(y)), float(walk["heading"][0]), float(walk["now"][0]))
         return replace(
-            state, controller=self.in_place, course=course, pull=Pull(), slow_steps=0, memory=None
-        )
+            state, controller=self.in_place, course=course, correction=VelocityCorrection(),
+            slow_steps=0, memory=None,
+        )  # fmt: skip
 
     def _walk(
         self,
@@ -315,7 +320,7 @@ class BodyControl:
         mechanics, kernels, limits = self.mechanics, self.kernels, self.limits
         motion, command, memory = mechanics.motion, state.command, state.memory
         observation = Observation.of(new_array(OBSERVATION))
-        kernels.look(limits, walk, motion, command.array, forces, observation.array)
+        kernels.measure(limits, walk, motion, command.array, forces, observation.array)
         if walk["landed"][0]:
             state = replace(state, walk=walk)
             if steering.standing and state.slow_steps >= FIRST_STEPS:
@@ -323,24 +328,15 @@ class BodyControl:
                 return replace(self._stand(state, steering, reference), memory=None)
             state = self._next_step(state, steering)
             memory = state.memory
-            kernels.look(limits, walk, motion, command.array, forces, observation.array)
+            kernels.measure(limits, walk, motion, command.array, forces, observation.array)
         if memory is None:
             memory = state.controller.start(observation)
         command, memory = state.controller.step(memory, observation)
         kernels.refer(limits, walk, motion, observation.array, command.array, reference)
-        return BodyState(
-            walk,
-            state.controller,
-            memory,
-            observation,
-            command,
-            state.course,
-            state.pull,
-            state.slow_steps,
-        )
+        return replace(state, walk=walk, memory=memory, observation=observation, command=command)
 
     def _next_step(self, state: BodyState, steering: Steering) -> BodyState:
-        """Touchdown: the feet change, and the controller is told a velocity anew."""
+        """Touchdown: the feet change, and the controller is given a velocity anew."""
         walk, mechanics, time = state.walk, self.mechanics, float(state.walk["now"][0])
         self.kernels.begin(walk, 1 - walk["support"], mechanics.motion)
         if steering.standing:
@@ -353,7 +349,7 @@ class BodyControl:
         x, y = mechanics.sole_position[:, :2].mean(axis=0)
         place = (float(x), float(y))
         course = state.course.moved(steering, time).waiting_for(
-            place, float(self.limits["furthest"][0])
+            place, float(self.limits["max_lead"][0])
         )
         turn = steering.turning * state.controller.gait.step_duration
         memory = state.memory
@@ -361,40 +357,42 @@ class BodyControl:
         if heading != walk["heading"][0]:
             # Its memory is of another frame; at a touchdown it holds little that is not seen anew.
             walk["heading"], memory = heading, None
-        controller, pull = state.controller, state.pull
+        controller, correction = state.controller, state.correction
         if walking:
-            elapsed = time - state.course.time
-            error = course.error(place, heading)
-            pull = self.hold.pull(pull, error, elapsed, steering.turning)
-            controller, pull = self._towards(controller, state.pull, pull, steering)
+            elapsed, error = time - state.course.time, course.error(place, heading)
+            wanted = self.course_controller.correction(correction, error, elapsed, steering.turning)
+            controller, correction = self._towards(controller, correction, wanted, steering)
         return replace(
             state,
             controller=controller,
             course=course,
-            pull=pull,
+            correction=correction,
             memory=memory,
             slow_steps=slow_steps,
         )
 
     @staticmethod
     def _towards(
-        controller: Controller, before: Pull, pull: Pull, steering: Steering
-    ) -> tuple[Controller, Pull]:
+        controller: Controller,
+        before: VelocityCorrection,
+        correction: VelocityCorrection,
+        steering: Steering,
+    ) -> tuple[Controller, VelocityCorrection]:
         """The controller for the velocity of the steering and what holds the place.
 
         A velocity at the edge of what can be walked leaves less room to correct it, or none: then
-        nothing is learnt, and the next pull starts from what was told.
+        nothing is learnt, and the next correction starts from the one that was used.
         """
-        (x, y), (vx, vy) = pull.correction, steering.velocity
+        (x, y), (vx, vy) = correction.total, steering.velocity
         for part in CORRECTED:
             wanted = (vx + part * x, vy + part * y)
             if part < 1.0:
                 back = (part * x - before.drift[0], part * y - before.drift[1])
-                pull = Pull(before.drift, back)
+                correction = VelocityCorrection(before.drift, back)
             if wanted == controller.gait.velocity:
-                return controller, pull
+                return controller, correction
             try:
-                return controller.with_velocity(wanted), pull
+                return controller.with_velocity(wanted), correction
             except VelocityError:
                 continue
-        return controller, pull
+        return controller, correction

@@ -1,11 +1,11 @@
-"""The state of a robot with a body from what it senses: encoders, inertial unit, feet.
+"""The state of a robot with a body from its readings: encoders, inertial unit, feet.
 
-In a cycle readings that nothing explains are left out (`believed_readings`), the joints are
-filtered (`joint_filter`), the base follows from the inertial unit and the standing feet
-(`base_filter`), and what was measured late is carried on to the present with the accelerations that
-the controller has asked for since. The result is what MuJoCo calls qpos and qvel: position and
-quaternion of the base, then the angles; the base's velocity in the world, its angular velocity in
-its own frame, then the joints' velocities.
+In a cycle readings that nothing explains are left out and the joints are filtered (`readings`), the
+base follows from the inertial unit and the standing feet (`base_filter`), and what was measured
+late is carried on to the present with the accelerations that the controller has asked for since.
+The result is what MuJoCo calls qpos and qvel: position and quaternion of the base, then the angles;
+the base's velocity in the world, its angular velocity in its own frame, then the joints'
+velocities.
 """
 
 from __future__ import annotations
@@ -37,18 +37,20 @@ from surefoot.worlds.body.base_filter import (
     landing,
     listen_to_feet,
 )
-from surefoot.worlds.body.believed_readings import (
+from surefoot.worlds.body.readings import (
     FREE,
     JERK,
+    JOINT,
     OWN_JERK,
     all_finite,
-    see_acceleration,
-    see_joints,
-    see_turning,
-    weigh,
+    begin,
+    believe_accelerometer,
+    believe_forces,
+    believe_gyro,
+    believe_joints,
+    correct_joint,
+    predict_joint,
 )
-from surefoot.worlds.body.estimator_start import begin
-from surefoot.worlds.body.joint_filter import JOINT, correct_joint, predict_joint
 
 SETTINGS = np.dtype(
     [
@@ -62,7 +64,7 @@ SETTINGS = np.dtype(
 )
 """Noise of the base's filter, of the joints' velocities [rad/s], error of the expected joint
 accelerations, and what is added to it at touchdown [rad/s^2]; what is believed at once, and age of
-the senses in cycles."""
+the readings in cycles."""
 
 TOUCH = 0.06
 """Part of its load from which on a swinging sole meets the ground: joints are jolted before it is
@@ -117,14 +119,14 @@ _UNITS = {
     "gyro_bias": "rad/s",
     "period": "s",
 }
-"""Of the parameters that a sensor or the loop has, whoever's they are."""
+"""Of the parameters that sensors or the loop have, the same for every robot."""
 
 
-class BodySenses(NamedTuple):
-    """What a robot with a body senses in a cycle, arrays of float64.
+class BodyReadings(NamedTuple):
+    """What the sensors of a body measure in a cycle, arrays of float64.
 
     Attributes:
-        time: when it was sensed [s].
+        time: when it was measured [s].
         joint_angles: of all hinges, shape (n,), in the model's order, passive ones too [rad].
         joint_velocities: likewise [rad/s].
         gyro: angular velocity of the base in its own frame, shape (3,) [rad/s].
@@ -157,11 +159,14 @@ class BodyMemory(NamedTuple):
 
 @njit
 def _filter_base(settings, base, links, angles, gyro, accelerometer, force, feet, past):
-    """Base at the time of the senses; if an encoder is silent, the feet say nothing."""
+    """Base at the time of the readings; if an encoder is silent, the feet say nothing.
+
+    The readings come as arrays of the robot's length, which no record holds.
+    """
     noise, R, acceleration = settings.base, np.empty((3, 3)), np.empty(3)
     rotation_matrix(base.orientation, R)
-    see_turning(settings, base, gyro, past)
-    see_acceleration(settings, base, accelerometer, past, R, acceleration)
+    believe_gyro(settings, base, gyro, past)
+    believe_accelerometer(settings, base, accelerometer, past, R, acceleration)
     carry_on(base, noise, acceleration)
     if not all_finite(angles):
         return
@@ -199,19 +204,22 @@ def _estimate(
     settings, links, base, joints, expected,
     angles, velocities, gyro, accelerometer, force, feet, acceleration, qpos, qvel,
 ):  # fmt: skip
-    """One cycle; base, joints, expected, qpos and qvel are changed."""
+    """One cycle; base, joints, expected, qpos and qvel are changed.
+
+    Records and readings, and MuJoCo's arrays of the robot's length, which no record holds.
+    """
     size, delay = qvel.shape[0], settings[0].delay
     ring, now = delay + 1, base[0].cycles
     here = now % ring * size
     for i in range(size):
         expected[here + i] = acceleration[i] if math.isfinite(acceleration[i]) else 0.0
-    # The oldest of the ring led to these senses, the others have acted since.
+    # The oldest of the ring led to these readings, the others have acted since.
     oldest = (now + 1) % ring * size
     past = expected[oldest : oldest + size]
-    weigh(settings[0], base[0], force)
-    told = np.empty((3, joints.shape[0]))
-    see_joints(settings[0], joints, angles, velocities, past, told)
-    _filter_base(settings[0], base[0], links, told[2], gyro, accelerometer, force, feet, past)
+    believe_forces(settings[0], base[0], force)
+    believed = np.empty((3, joints.shape[0]))
+    believe_joints(settings[0], joints, angles, velocities, past, believed)
+    _filter_base(settings[0], base[0], links, believed[2], gyro, accelerometer, force, feet, past)
     noise, fresh = settings[0], 0.0
     for foot in range(2):
         fresh = max(fresh, landing(base[0], noise.base, foot))
@@ -221,7 +229,7 @@ def _estimate(
     surprise = math.sqrt(noise.surprise**2 + (fresh * noise.landing_surprise) ** 2)
     for k in range(joints.shape[0]):
         predict_joint(joints[k], past[FREE + k], surprise, noise.base.period)
-        correct_joint(joints[k], told[0, k], told[1, k], noise.base.encoder, noise.rate)
+        correct_joint(joints[k], believed[0, k], believed[1, k], noise.base.encoder, noise.rate)
     _write(base[0], joints, qpos, qvel)
     for age in range(delay - 1, -1, -1):
         then = (now - age) % ring * size
@@ -246,7 +254,7 @@ def _copy(joints: NDArray[np.void]) -> NDArray[np.void]:
 
 @dataclass(frozen=True)
 class BodyEstimator:
-    """Estimates the state of a robot with a body from its senses.
+    """Estimates the state of a robot with a body from its readings.
 
     It is a value like a controller: what it remembers goes through `step`. In the world's frame it
     starts between its feet, on the floor, heading along x.
@@ -273,7 +281,7 @@ class BodyEstimator:
             [rad/s^0.5].
         floor: how uneven the floor is where a foot lands, standard deviation; h / 80 [m].
         force: standard deviation of the force on a sole; 0.3 % of the weight [N].
-        delay: age of the senses, a whole number of periods; 0 predicts nothing [s].
+        delay: age of the readings, a whole number of periods; 0 predicts nothing [s].
         period: control period [s].
 
     Raises:
@@ -322,7 +330,7 @@ class BodyEstimator:
         object.__setattr__(self, "settings", settings)
         object.__setattr__(self, "links", leg_links(self.multibody))
 
-    def start(self, senses: BodySenses) -> BodyMemory:
+    def start(self, readings: BodyReadings) -> BodyMemory:
         """What it remembers before the first cycle: the robot stands still on both feet.
 
         Raises:
@@ -330,8 +338,8 @@ class BodyEstimator:
         """
         joints = self.multibody.model.nv - FREE
         shapes = ((joints,), (joints,), (3,), (3,), (2,))
-        readings = senses[1:]
-        for name, reading, shape in zip(senses._fields[1:], readings, shapes, strict=True):
+        values = readings[1:]
+        for name, reading, shape in zip(readings._fields[1:], values, shapes, strict=True):
             if np.shape(reading) != shape or not np.all(np.isfinite(reading)):
                 raise ParameterError(
                     f"`{name}` of shape {shape}, finite, to start with",
@@ -340,7 +348,7 @@ class BodyEstimator:
                 )
         ring = (int(self.settings["delay"][0]) + 1) * (FREE + joints)
         memory = BodyMemory(new_array(BASE), np.zeros(joints, JOINT), np.zeros(ring))
-        angles, velocities, _, accelerometer, _ = readings
+        angles, velocities, _, accelerometer, _ = values
         start, _ = _compiled()
         start(
             self.settings, self.links, memory.base, memory.joints, angles, velocities, accelerometer
@@ -350,7 +358,7 @@ class BodyEstimator:
     def step(
         self,
         memory: BodyMemory,
-        senses: BodySenses,
+        readings: BodyReadings,
         feet: NDArray[np.int64],
         expected: NDArray[np.float64],
     ) -> tuple[NDArray[np.float64], NDArray[np.float64], BodyMemory]:
@@ -360,7 +368,7 @@ class BodyEstimator:
 
         Args:
             memory: of the cycle before, or of `start`.
-            senses: of now, or `delay` old.
+            readings: of now, or `delay` old.
             feet: which soles are believed to stand, left and right, shape (2,): 1 or 0.
             expected: accelerations that the controller asked for since the cycle before, shape
                 (nv,) like qvel; zeros if unknown.
@@ -370,7 +378,7 @@ class BodyEstimator:
         qpos, qvel = np.empty(FREE + 1 + len(joints)), np.empty(FREE + len(joints))
         _compiled()[1](
             self.settings, self.links, base, joints, past,
-            senses.joint_angles, senses.joint_velocities, senses.gyro, senses.accelerometer,
-            senses.foot_force, feet, expected, qpos, qvel,
+            readings.joint_angles, readings.joint_velocities, readings.gyro, readings.accelerometer,
+            readings.foot_force, feet, expected, qpos, qvel,
         )  # fmt: skip
         return qpos, qvel, BodyMemory(base, joints, past)

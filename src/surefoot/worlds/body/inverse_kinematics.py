@@ -10,10 +10,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cache
 from types import MappingProxyType
-from typing import Any
+from typing import Any, Self
 
 import numba
 import numpy as np
@@ -23,8 +23,7 @@ from surefoot.checks import check_number
 from surefoot.compiled import entry_point, njit
 from surefoot.robot.multibody import Multibody
 from surefoot.robot.own_units import OwnUnits
-from surefoot.worlds.body.body_reference import BODY_REFERENCE
-from surefoot.worlds.body.joint_command import JointCommand
+from surefoot.worlds.body.interface import BODY_REFERENCE, JointCommand
 from surefoot.worlds.body.mechanics import MOTION, Mechanics
 from surefoot.worlds.body.tasks import rotation_error
 
@@ -47,7 +46,10 @@ def _solve(
     reference, motion, sole_jacobian, com_jacobian, base_dof, targets, weights, gain, period,
     damping, rows, velocity,
 ):  # fmt: skip
-    """Write the generalised velocity that is nearest to all tasks."""
+    """Write the generalised velocity that is nearest to all tasks.
+
+    Its arrays have the robot's length, which no record holds, and MuJoCo's are read where they lie.
+    """
     ref, m, error, right = reference[0], motion[0], np.empty(3), np.zeros(TASK_ROWS)
     rows[:, :] = 0.0
     nv, r = rows.shape[1], 0
@@ -107,7 +109,7 @@ class InverseKinematics:
 
     Args:
         multibody: the mechanism.
-        rate: at which errors of place are removed; a fifth in a cycle, whoever's it is [1/s].
+        rate: at which errors of place are removed; a fifth in a cycle, of any robot [1/s].
         stiffness: of the servos; 3.75 m g h if None [N m/rad].
         damping: likewise; 0.394 m g h / omega [N m s/rad].
         trunk_weight: of the trunk's orientation, where that of a sole has 1 [-].
@@ -159,6 +161,10 @@ class InverseKinematics:
             "command": command,
         }
         object.__setattr__(self, "_workspace", workspace)
+
+    def fresh(self) -> Self:
+        """The same with room of its own to work in."""
+        return replace(self)
 
     def velocity(self, mechanics: Mechanics, reference: NDArray[np.void]) -> NDArray[np.float64]:
         """Generalised velocity that carries out the reference, shape (nv,); overwritten each time.

@@ -22,7 +22,7 @@ MOTION = np.dtype(
     [
         ("com", "f8", (3,)),
         ("com_velocity", "f8", (3,)),
-        ("spin", "f8", (3,)),
+        ("angular_momentum", "f8", (3,)),
         ("sole_position", "f8", (2, 3)),
         ("sole_axes", "f8", (2, 3, 3)),
         ("sole_velocity", "f8", (2, 6)),
@@ -34,11 +34,17 @@ MOTION = np.dtype(
 
 
 @njit
-def _move(sites, base, velocity, jacobian, rate, places, axes, frames, com, speed, spin, motion):
-    """Write the `MOTION` record, and nothing else."""
+def _move(
+    sites, base, velocity, jacobian, rate, places, axes, frames, com, speed, momentum, motion
+):  # fmt: skip
+    """Write the `MOTION` record, and nothing else.
+
+    The other arguments are arrays of MuJoCo's, which are read where they lie.
+    """
     out = motion[0]
     for i in range(3):
-        out.com[i], out.com_velocity[i], out.spin[i] = com[base, i], speed[base, i], spin[base, i]
+        out.com[i], out.com_velocity[i] = com[base, i], speed[base, i]
+        out.angular_momentum[i] = momentum[base, i]
         for k in range(3):
             out.base_axes[i, k] = frames[base, 3 * i + k]
     for side in range(2):
@@ -70,7 +76,8 @@ def _turn_rate(velocity, axis, out):
 def _differentiate(chain, axes, rates, speeds, com, place, foot, jacobian, rate):
     """Write J and dJ/dt of a point of a foot, from the axes of motion of the joints above it.
 
-    Both are what `mj_jacSite` and `mj_jacDot` give, to the bit and in a fifth of the time.
+    Both are what `mj_jacSite` and `mj_jacDot` give, to the bit and in a fifth of the time. Most
+    arguments are arrays of MuJoCo's, which are read where they lie.
     """
     c, own, point, out = speeds[foot], np.empty(6), np.empty(3), np.empty(3)
     for i in range(3):
@@ -98,14 +105,20 @@ def _differentiate(chain, axes, rates, speeds, com, place, foot, jacobian, rate)
 @njit
 def _describe(
     sites, feet, left, right, base, velocity, jacobian, rate,
-    axes, rates, speeds, places, frames, turns, com, speed, spin, motion,
+    axes, rates, speeds, places, frames, turns, com, speed, momentum, motion,
 ):  # fmt: skip
+    """Write the motion of base and soles.
+
+    Most arguments are arrays of MuJoCo's, which are read where they lie.
+    """
     for side in range(2):
         _differentiate(
             left if side == 0 else right, axes, rates, speeds, com[base], places[sites[side]],
             feet[side], jacobian[side], rate[side],
         )  # fmt: skip
-    _move(sites, base, velocity, jacobian, rate, places, frames, turns, com, speed, spin, motion)
+    _move(
+        sites, base, velocity, jacobian, rate, places, frames, turns, com, speed, momentum, motion
+    )  # fmt: skip
 
 
 @cache
@@ -153,7 +166,7 @@ class Mechanics:
         sole_velocity: J v, shape (2, 6) [m/s, rad/s].
         sole_drift: dJ/dt v, shape (2, 6) [m/s^2, rad/s^2].
         com, com_velocity: centre of mass, shape (3,) [m, m/s].
-        spin: angular momentum about the CoM, shape (3,) [kg m^2/s].
+        angular_momentum: angular momentum about the CoM, shape (3,) [kg m^2/s].
         base_axes: axes of the base as columns, shape (3, 3).
     """
 
@@ -180,7 +193,7 @@ class Mechanics:
 
     com: NDArray[np.float64]
     com_velocity: NDArray[np.float64]
-    spin: NDArray[np.float64]
+    angular_momentum: NDArray[np.float64]
     sole_position: NDArray[np.float64]
     sole_axes: NDArray[np.float64]
     sole_velocity: NDArray[np.float64]

@@ -1,20 +1,181 @@
-"""What a walker is told of its body: the truth, or an estimate from what its sensors tell."""
+"""What a body's sensors measure in the simulator, with noise, offset and delay."""
 
 from __future__ import annotations
 
 import copy
-from typing import Any, Protocol
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache, cached_property
+from typing import Any, NamedTuple, Protocol, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
+from surefoot.checks import check_number, check_seed
+from surefoot.compiled import entry_point, njit
+from surefoot.control.estimator import whole_cycles
+from surefoot.robot.floor import TIME_STEP
 from surefoot.robot.multibody import Multibody
+from surefoot.robot.robot import Robot
+from surefoot.rollout.disturbance import noise_key, normal_pair
 from surefoot.rollout.trace import WALKING
-from surefoot.worlds.body.estimator import FREE, BodyEstimator, BodyMemory, BodySenses
-from surefoot.worlds.body.joint_command import JointCommand
-from surefoot.worlds.body.noise import BodyNoise
+from surefoot.worlds.body.estimator import (
+    FORCE_PART,
+    FREE,
+    BodyEstimator,
+    BodyMemory,
+    BodyReadings,
+)
+from surefoot.worlds.body.interface import BodyControllerState, JointCommand
 from surefoot.worlds.body.plant import BodyPlant
-from surefoot.worlds.body.walker import WalkerState
+
+_UNITS = {
+    "encoder": "rad",
+    "rate": "rad/s",
+    "gyro": "rad/s",
+    "accelerometer": "m/s^2",
+    "force": "N",
+    "gyro_bias": "rad/s",
+}
+"""The standard deviations, in the order in which the compiled code takes them."""
+
+_OFFSET_CYCLE = -1
+"""Stands for the cycle whose noise is the gyroscope's constant offset."""
+
+
+class SensorMemory(NamedTuple):
+    """What the sensors remember.
+
+    Attributes:
+        cycle: how many cycles there were.
+        late: readings that were taken but not passed on yet, the oldest first.
+    """
+
+    cycle: int
+    late: tuple[BodyReadings, ...]
+
+
+@njit
+def _disturb(deviations, seed, cycle, angles, velocities, gyro, accelerometer, force):
+    """Add noise to the readings of a cycle, and its offset to the gyroscope."""
+    key = noise_key(seed[0], 0, cycle[0])
+    channel, joints = 0, angles.shape[0]
+    for k in range(joints):
+        first, second = normal_pair(key, channel)
+        angles[k] += deviations[0] * first
+        velocities[k] += deviations[1] * second
+        channel += 1
+    offset = noise_key(seed[0], 0, _OFFSET_CYCLE)
+    for i in range(3):
+        first, second = normal_pair(key, channel)
+        gyro[i] += deviations[2] * first + deviations[5] * normal_pair(offset, i)[0]
+        accelerometer[i] += deviations[3] * second
+        channel += 1
+    first, second = normal_pair(key, channel)
+    force[0] = max(force[0] + deviations[4] * first, 0.0)
+    force[1] = max(force[1] + deviations[4] * second, 0.0)
+
+
+@cache
+def _compiled() -> Callable[..., None]:
+    real, whole = np.dtype(np.float64), np.dtype(np.int64)
+    return entry_point(_disturb, real, whole, whole, *[real] * 5)
+
+
+@dataclass(frozen=True)
+class BodyNoise:
+    """Noise and delay of a body's sensors; white, and the same for the same seed.
+
+    Encoders and inertial units are the same parts in robots of all sizes, so their noise is
+    absolute. Load cells are chosen for the weight that they carry: `of` knows whose they are.
+
+    Args:
+        encoder: standard deviation of joint angles [rad].
+        rate: likewise of joint velocities [rad/s].
+        gyro: likewise of the angular velocity [rad/s].
+        accelerometer: likewise of the acceleration [m/s^2].
+        gyro_bias: likewise of each axis of the gyroscope's constant offset [rad/s].
+        force: likewise of the forces on the soles, which are never below 0; 2 N are those of
+            load cells for 700 N, as a robot of 70 kg has them [N].
+        delay: age of the readings, a whole number of periods [s].
+        seed: of the random numbers, at least 0.
+        period: control period [s].
+
+    Raises:
+        ParameterError: a value is out of range, or the delay no whole number of periods.
+    """
+
+    encoder: float = 0.001
+    rate: float = 0.1
+    gyro: float = 0.005
+    accelerometer: float = 0.1
+    gyro_bias: float = 0.005
+    force: float = 2.0
+    delay: float = 0.0
+    seed: int = 0
+    period: float = TIME_STEP
+
+    def __post_init__(self) -> None:
+        for name, unit in _UNITS.items():
+            check_number(name, getattr(self, name), 0.0, unit)
+        check_seed(self.seed)
+        whole_cycles(self.delay, self.period)
+
+    @classmethod
+    def of(cls, robot: Robot, **changes: Any) -> Self:
+        """That of the sensors of a robot: with load cells for its own weight.
+
+        Args:
+            robot: whose they are.
+            **changes: of the other parameters.
+        """
+        return cls(**{"force": FORCE_PART * robot.mass * robot.gravity, **changes})
+
+    @cached_property
+    def _deviations(self) -> NDArray[np.float64]:
+        return np.array([getattr(self, name) for name in _UNITS])
+
+    @cached_property
+    def _cycles(self) -> int:
+        return whole_cycles(self.delay, self.period)
+
+    @cached_property
+    def _seed(self) -> NDArray[np.int64]:
+        return np.array([self.seed])
+
+    def start(self) -> SensorMemory:
+        """What the sensors remember before the first cycle: nothing."""
+        return SensorMemory(0, ())
+
+    def step(
+        self, memory: SensorMemory, readings: BodyReadings
+    ) -> tuple[BodyReadings, SensorMemory]:
+        """The readings of a cycle, and what to remember.
+
+        Until the delay has passed, the first readings are repeated.
+
+        Args:
+            memory: of the cycle before, or of `start`.
+            readings: of perfect sensors.
+        """
+        noisy = BodyReadings(
+            readings.time,
+            readings.joint_angles.copy(),
+            readings.joint_velocities.copy(),
+            readings.gyro.copy(),
+            readings.accelerometer.copy(),
+            readings.foot_force.copy(),
+        )
+        _compiled()(
+            self._deviations, self._seed, np.array([memory.cycle]), noisy.joint_angles,
+            noisy.joint_velocities, noisy.gyro, noisy.accelerometer, noisy.foot_force,
+        )  # fmt: skip
+        late = (*memory.late, noisy)
+        first = late[0]
+        if len(late) > self._cycles:
+            late = late[1:]
+        return first, SensorMemory(memory.cycle + 1, late)
+
 
 BOTH = np.array([1, 1])
 """Both feet stand."""
@@ -22,27 +183,27 @@ BOTH = np.array([1, 1])
 ONE = (np.array([1, 0]), np.array([0, 1]))
 """The left one does, the right one does."""
 
-TOLD = ("encoder", "rate", "gyro", "accelerometer", "gyro_bias", "force")
-"""Parameters of a `BodyNoise` that an estimator is told."""
+KNOWN = ("encoder", "rate", "gyro", "accelerometer", "gyro_bias", "force")
+"""Parameters of a `BodyNoise` that an estimator knows."""
 
 State = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]
 """Generalised position and velocity, and the vertical force on each sole [N]."""
 
 
-class SenseNoise(Protocol):
+class SensorNoise(Protocol):
     """What comes between perfect sensors and those that a robot has."""
 
     def start(self) -> Any:
         """What the sensors remember before the first cycle."""
         ...
 
-    def step(self, memory: Any, senses: BodySenses) -> tuple[BodySenses, Any]:
-        """What is told in a cycle, and what to remember."""
+    def step(self, memory: Any, readings: BodyReadings) -> tuple[BodyReadings, Any]:
+        """The readings of a cycle, and what to remember."""
         ...
 
 
-def usual_estimator(multibody: Multibody, noise: SenseNoise | None) -> BodyEstimator:
-    """The estimator of a robot, told how late and how noisy its sensors are.
+def usual_estimator(multibody: Multibody, noise: SensorNoise | None) -> BodyEstimator:
+    """The estimator of a robot, which knows how late and how noisy its sensors are.
 
     It trusts none of them more than a usual one: where there is no noise, there is still a model
     that is not exact.
@@ -54,14 +215,14 @@ def usual_estimator(multibody: Multibody, noise: SenseNoise | None) -> BodyEstim
     usual = BodyEstimator(multibody)
     if not isinstance(noise, BodyNoise):
         return usual
-    told = {name: max(getattr(usual, name), getattr(noise, name)) for name in TOLD}
-    return BodyEstimator(multibody, delay=noise.delay, period=noise.period, **told)
+    known = {name: max(getattr(usual, name), getattr(noise, name)) for name in KNOWN}
+    return BodyEstimator(multibody, delay=noise.delay, period=noise.period, **known)
 
 
-def sense(plant: BodyPlant) -> BodySenses:
-    """What perfect sensors tell; inertial unit and soles, of the cycle that has just passed."""
+def measure(plant: BodyPlant) -> BodyReadings:
+    """Readings of perfect sensors; inertial unit and soles, of the cycle that has just passed."""
     readings = plant.data.sensordata
-    return BodySenses(
+    return BodyReadings(
         plant.time,
         plant.position[FREE + 1 :].copy(),
         plant.velocity[FREE:].copy(),
@@ -71,12 +232,12 @@ def sense(plant: BodyPlant) -> BodySenses:
     )
 
 
-def sense_standing(plant: BodyPlant) -> BodySenses:
+def measure_standing(plant: BodyPlant) -> BodyReadings:
     """Likewise of a robot at rest on both feet, before its first cycle."""
     multibody = plant.multibody
     gravity = -plant.model.opt.gravity[2]
     up = plant.data.xmat[multibody.base].reshape(3, 3)[2]
-    return BodySenses(
+    return BodyReadings(
         plant.time,
         plant.position[FREE + 1 :].copy(),
         np.zeros(multibody.model.nv - FREE),
@@ -86,62 +247,62 @@ def sense_standing(plant: BodyPlant) -> BodySenses:
     )
 
 
-class BodySight:
-    """What a walker sees of a plant, cycle after cycle.
+class BodySensors:
+    """What stands between a body and what walks it: sensors, their noise, an estimator.
 
     Args:
-        plant: what is seen.
+        plant: what is measured.
         noise: of its sensors, none if None.
-        estimator: makes a state of what they tell; None tells the truth.
+        estimator: makes a state of what they measure; with None the true state is given.
     """
 
     def __init__(
-        self, plant: BodyPlant, noise: SenseNoise | None, estimator: BodyEstimator | None
+        self, plant: BodyPlant, noise: SensorNoise | None, estimator: BodyEstimator | None
     ) -> None:
         self.plant, self.noise, self.estimator = plant, noise, estimator
         self._noise_memory = None if noise is None else noise.start()
         self._memory: BodyMemory | None = None
-        self._unexpected = np.zeros(plant.multibody.model.nv)
 
-    def read(self, first: bool = False) -> BodySenses | None:
-        """What the sensors tell in this cycle, or None if the truth is told.
+    def measure(self, first: bool = False) -> BodyReadings | None:
+        """What the sensors measure in this cycle, or None if the true state is given.
 
-        This is the simulator's work; what a robot computes of it is done by `see`.
+        This is the simulator's work; what a robot computes of it is done by `estimate`.
 
         Args:
             first: whether no cycle has passed yet.
         """
         if self.estimator is None:
             return None
-        senses = sense_standing(self.plant) if first else sense(self.plant)
+        readings = measure_standing(self.plant) if first else measure(self.plant)
         if self.noise is not None:
-            senses, self._noise_memory = self.noise.step(self._noise_memory, senses)
-        return senses
+            readings, self._noise_memory = self.noise.step(self._noise_memory, readings)
+        return readings
 
-    def see(
-        self, senses: BodySenses | None, state: WalkerState, command: JointCommand | None
+    def estimate(
+        self, readings: BodyReadings | None, state: BodyControllerState, command: JointCommand
     ) -> State:
         """The state of the body in this cycle.
 
         Args:
-            senses: as `read` gives them.
-            state: of the walker, after the last cycle.
-            command: of the last cycle, None in the first.
+            readings: as `measure` gives them.
+            state: of what walks the body, after the last cycle.
+            command: of the last cycle.
         """
-        if self.estimator is None or senses is None:
+        if self.estimator is None or readings is None:
             plant = self.plant
             return plant.position, plant.velocity, plant.foot_force
         if self._memory is None:
-            self._memory = self.estimator.start(senses)
+            self._memory = self.estimator.start(readings)
         walk, feet = state.walk, BOTH
         if walk["phase"][0] == WALKING:
             feet = ONE[walk["support"][0]]
-        expected = self._unexpected if command is None else command.acceleration
-        position, velocity, self._memory = self.estimator.step(self._memory, senses, feet, expected)
+        position, velocity, self._memory = self.estimator.step(
+            self._memory, readings, feet, command.acceleration
+        )
         return position, velocity, self._memory.base["load"][0]
 
-    def fork(self, plant: BodyPlant) -> BodySight:
-        """The same eyes on another plant: what they remember is a value."""
+    def fork(self, plant: BodyPlant) -> BodySensors:
+        """The same on another plant: what is remembered is a value."""
         other = copy.copy(self)
         other.plant = plant
         return other

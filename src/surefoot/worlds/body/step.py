@@ -1,7 +1,7 @@
-"""A step of a body over records: what a controller is told of it, and what it asks of the body.
+"""A step of a body over records: what a controller is given, and what it asks of the body.
 
 A controller walks in a frame that has the heading of the step under way, with the world's origin.
-It is told the DCM that goes with the angular momentum L about the sole on the ground,
+It is given the DCM that goes with the angular momentum L about the sole on the ground,
 
     xi = c + L x e_z / (m h omega),
 
@@ -21,7 +21,7 @@ import numpy as np
 from surefoot.compiled import entry_point, njit
 from surefoot.dcm.swing_foot import quintic
 from surefoot.interface import COMMAND, OBSERVATION
-from surefoot.worlds.body.body_reference import BODY_REFERENCE
+from surefoot.worlds.body.interface import BODY_REFERENCE
 from surefoot.worlds.body.mechanics import MOTION
 
 STAND, SHIFT, WALK = 0, 1, 2
@@ -61,10 +61,10 @@ BODY_LIMITS = np.dtype(
         ("hip_ahead", "f8"),
         ("settle_time", "f8"),
         ("shift_time", "f8"),
-        ("furthest", "f8"),
-        ("most_drop", "f8"),
+        ("max_lead", "f8"),
+        ("max_drop", "f8"),
         ("stiffness", "f8"),
-        ("most_acceleration", "f8"),
+        ("max_acceleration", "f8"),
         ("touch_force", "f8"),
         ("sink", "f8"),
         ("mass", "f8"),
@@ -76,15 +76,15 @@ BODY_LIMITS = np.dtype(
         ("braking", "f8"),
         ("soon_down", "f8"),
         ("down", "f8"),
-        ("least_rise", "f8"),
-        ("least_flight", "f8"),
+        ("min_rise", "f8"),
+        ("min_flight", "f8"),
     ],
 )
 """Natural frequency of the controller [1/s], height of the CoM and distance of the hips [m]; leg
 from hip to ankle at its longest, height of the ankle over the sole, middle of the hips over and
 ahead of the CoM [m]; standing before the first step, and moving the DCM there [s]; how far the
 course goes ahead, and the CoM may sink [m]; stiffness of its height [1/s^2], largest vertical
-acceleration [m/s^2]; force that tells a landing [N]; speed of a foot that waits for the ground
+acceleration [m/s^2]; force of a landing [N]; speed of a foot that waits for the ground
 [m/s]; mass [kg]; control period [s]; apex of the foot [m], its speed at landing [m/s] and how long
 a step lasts in which it gets there [s]; least distance of the soles across [m], and how hard the
 foot can brake before it [m/s^2]; a sole that is higher cannot be landing, and one that is lower is
@@ -105,22 +105,22 @@ DOWN, UNEXPECTED = 0.2, 5
 """Part of its apex below which a sole is about to land. Higher up, on a bump, it must touch for so
 many cycles in a row: a force for a few of them may be the fault of a sensor."""
 
-LEAST_RISE, LEAST_FLIGHT = 0.15, 0.3
+MIN_RISE, MIN_FLIGHT = 0.15, 0.3
 """Parts of the shortest step: before the first nothing is to be reached, and before the second a
 sole that has left the ground does not land."""
 
 SURE = 3.0
-"""Forces in a row that tell a landing must add up to this many of the smallest: one that is weak is
+"""Forces in a row that mean a landing must add up to this many of the smallest: one that is weak is
 noise, one that is strong is not waited for."""
 
 
 @njit
-def pendulum_velocity(limits, com, com_velocity, spin, foot, velocity):
+def pendulum_velocity(limits, com, com_velocity, momentum, foot, velocity):
     """Write L x e_z / (m h), the velocity of a point mass with the same momentum about the foot."""
     x, y, z = com[0] - foot[0], com[1] - foot[1], com[2] - foot[2]
     h = limits.height
-    velocity[0] = (spin[1] / limits.mass + z * com_velocity[0] - x * com_velocity[2]) / h
-    velocity[1] = (-spin[0] / limits.mass + z * com_velocity[1] - y * com_velocity[2]) / h
+    velocity[0] = (momentum[1] / limits.mass + z * com_velocity[0] - x * com_velocity[2]) / h
+    velocity[1] = (-momentum[0] / limits.mass + z * com_velocity[1] - y * com_velocity[2]) / h
 
 
 @njit
@@ -144,13 +144,13 @@ def wrapped(angle):
 
 @njit
 def _observe(limits, walk, motion, observation):
-    """Write what the controller is told."""
+    """Write what the controller is given."""
     stance, heading = walk.support, walk.heading
     places, axes = motion.sole_position, motion.sole_axes
     velocity = np.empty(2)
     observation.time, observation.elapsed = walk.now, walk.now - walk.began
     pendulum_velocity(
-        limits, motion.com, motion.com_velocity, motion.spin, places[stance], velocity
+        limits, motion.com, motion.com_velocity, motion.angular_momentum, places[stance], velocity
     )
     turn_into(velocity, heading, observation.com_velocity)
     turn_into(motion.com, heading, observation.com)
@@ -171,7 +171,7 @@ def _has_landed(limits, walk, command, motion, forces):
     """Whether the swinging foot is on the ground: early, in time or late."""
     swing = 1 - walk.support
     elapsed = walk.now - walk.began
-    if elapsed < limits.least_flight or elapsed < 0.5 * command.step_duration:
+    if elapsed < limits.min_flight or elapsed < 0.5 * command.step_duration:
         return False
     height = motion.sole_position[swing, 2] - motion.sole_position[walk.support, 2]
     if not (height < limits.soon_down and forces[swing] > limits.touch_force):
@@ -184,7 +184,7 @@ def _has_landed(limits, walk, command, motion, forces):
 
 
 @njit
-def _look(limits, walk, motion, command, forces, observation):
+def _measure(limits, walk, motion, command, forces, observation):
     w = walk[0]
     w.landed = 1 if _has_landed(limits[0], w, command[0], motion[0], forces) else 0
     if w.landed == 0:
@@ -218,7 +218,7 @@ def _swing_height(limits, walk, duration):
     z, v, a = walk.swing_foot[2], walk.swing_foot_velocity[2], walk.swing_foot_acceleration[2]
     part = min(duration / limits.step_duration, 1.0)
     top, end, final = RISE * duration, limits.apex * part * part, 0.0
-    if top - elapsed < limits.least_rise or z > NEARLY * end:
+    if top - elapsed < limits.min_rise or z > NEARLY * end:
         top, end, final = duration, 0.0, -limits.landing_velocity
     left = top - elapsed
     if left > period:
@@ -303,7 +303,7 @@ def _wanted_height(limits, walk, observation, command):
     height = min(height, _leg_height(limits, foot, then, side))
     height = min(height, _leg_height(limits, landing, then, -side))
     height = min(height, _leg_height(limits, foot, observation.com, side))
-    return max(height, limits.height - limits.most_drop)
+    return max(height, limits.height - limits.max_drop)
 
 
 @njit
@@ -311,7 +311,7 @@ def _hold_height(limits, height, ground, motion, reference):
     """Write the vertical acceleration that brings the CoM to a height over the ground."""
     k = limits.stiffness
     wanted = k * (height + ground - motion.com[2]) - 2.0 * math.sqrt(k) * motion.com_velocity[2]
-    most = limits.most_acceleration
+    most = limits.max_acceleration
     reference.com_acceleration[2] = min(max(wanted, -most), most)
     reference.com[2] = height + ground
 
@@ -371,14 +371,14 @@ class BodyKernels(NamedTuple):
     """The compiled functions of a cycle, over arrays of one record.
 
     Attributes:
-        look: (limits, walk, motion, command, forces, observation): whether the foot has landed,
-            and if not what the controller is told.
+        measure: (limits, walk, motion, command, forces, observation): whether the foot has landed,
+            and if not what the controller is given.
         begin: (walk, support, motion): the other foot carries.
         refer: (limits, walk, motion, observation, command, reference): what the body is to do.
         stand: (limits, walk, motion, zmp, reference): likewise on both feet.
     """
 
-    look: Callable[..., None]
+    measure: Callable[..., None]
     begin: Callable[..., None]
     refer: Callable[..., None]
     stand: Callable[..., None]
@@ -389,7 +389,7 @@ def body_kernels() -> BodyKernels:
     """Compiled, or loaded from disk, once."""
     real, whole, own = np.dtype(np.float64), np.dtype(np.int64), (BODY_LIMITS, BODY_WALK, MOTION)
     return BodyKernels(
-        look=entry_point(_look, *own, COMMAND, real, OBSERVATION),
+        measure=entry_point(_measure, *own, COMMAND, real, OBSERVATION),
         begin=entry_point(_begin, BODY_WALK, whole, MOTION),
         refer=entry_point(_refer, *own, OBSERVATION, COMMAND, BODY_REFERENCE),
         stand=entry_point(_stand, *own, real, BODY_REFERENCE),

@@ -12,15 +12,21 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
+from surefoot.checks import check_number
 from surefoot.compiled import njit
+from surefoot.errors import ParameterError
+from surefoot.record import new_array
+from surefoot.robot.own_units import OwnUnits
+from surefoot.robot.robot import Robot
 
 GROUND = np.dtype(
     [
         ("friction", "f8"),
         ("half", "f8", (2,)),
         ("arm", "f8"),
-        ("most_force", "f8"),
+        ("max_force", "f8"),
         ("mass", "f8"),
         ("gravity", "f8"),
         ("rolls", "i8"),
@@ -53,6 +59,105 @@ WRENCH_ROWS = 10
 
 FREE = 1e30
 """A bound that is none, to the solver."""
+
+WEIGHTS = np.dtype(
+    [
+        ("contact", "f8"),
+        ("contact_turn", "f8"),
+        ("contact_yaw", "f8"),
+        ("zmp", "f8"),
+        ("com", "f8"),
+        ("height", "f8"),
+        ("trunk", "f8"),
+        ("trunk_yaw", "f8"),
+        ("swing", "f8"),
+        ("swing_height", "f8"),
+        ("swing_turn", "f8"),
+        ("posture", "f8"),
+        ("acceleration", "f8"),
+        ("turning", "f8"),
+        ("wrench", "f8"),
+    ],
+)
+"""On squared errors of accelerations: of soles, CoM and height [(m/s^2)^-2]; of how soles and trunk
+turn, and of the joints' posture [(rad/s^2)^-2]; of the ZMP [m^-2]; on squared accelerations of the
+base and of what turns, and on the squared wrench in parts of the weight [-]."""
+
+STIFFNESSES = np.dtype(
+    [
+        ("contact", "f8"),
+        ("trunk", "f8"),
+        ("swing", "f8"),
+        ("swing_turn", "f8"),
+        ("posture", "f8"),
+        ("joint_limit", "f8"),
+        ("joint_speed", "f8"),
+    ],
+)
+"""What an error of position asks for [1/s^2], critically damped; of the contact and the joint
+speed, what an error of velocity asks for [1/s]."""
+
+_OWN_WEIGHTS = {
+    "contact": ("m/s^2", 1.92e6),
+    "contact_turn": ("rad/s^2", 3.0e6),
+    "contact_yaw": ("rad/s^2", 1.5e4),
+    "zmp": ("m", 9.6e5),
+    "com": ("m/s^2", 9.6e4),
+    "height": ("m/s^2", 9.6e4),
+    "trunk": ("rad/s^2", 7.5e5),
+    "trunk_yaw": ("rad/s^2", 150.0),
+    "swing": ("m/s^2", 9.6e4),
+    "swing_height": ("m/s^2", 9.6e4),
+    "swing_turn": ("rad/s^2", 4.5e4),
+    "posture": ("rad/s^2", 1.5),
+    "acceleration": ("m/s^2", 0.096),
+    "turning": ("rad/s^2", 0.15),
+    "wrench": ("-", 0.01),
+}
+"""Of errors in `OwnUnits`: accelerations in g and omega^2, the ZMP in heights of the CoM. A large
+robot turns more slowly than a small one, and its ZMP has more room."""
+
+_OWN_STIFFNESSES = {
+    "contact": ("1/s", 8.57),
+    "trunk": ("1/s^2", 12.2),
+    "swing": ("1/s^2", 73.4),
+    "swing_turn": ("1/s^2", 32.6),
+    "posture": ("1/s^2", 4.89),
+    "joint_limit": ("1/s^2", 32.6),
+    "joint_speed": ("1/s", 14.3),
+}
+"""Likewise in omega and its square."""
+
+
+def usual_weights(robot: Robot) -> dict[str, float]:
+    """What each task of a robot counts, see `WEIGHTS`."""
+    own = OwnUnits.of(robot)
+    return {name: value / own.one(unit) ** 2 for name, (unit, value) in _OWN_WEIGHTS.items()}
+
+
+def usual_stiffnesses(robot: Robot) -> dict[str, float]:
+    """How stiffly each task of a robot is held, see `STIFFNESSES`."""
+    own = OwnUnits.of(robot)
+    return {name: value * own.one(unit) for name, (unit, value) in _OWN_STIFFNESSES.items()}
+
+
+def filled(
+    dtype: np.dtype[np.void], defaults: dict[str, float], changes: dict[str, float]
+) -> NDArray[np.void]:
+    """A record of defaults, with changes.
+
+    Raises:
+        ParameterError: there is no such value, or it is negative or not finite.
+    """
+    array = new_array(dtype)
+    for name, value in {**defaults, **changes}.items():
+        if name not in defaults:
+            raise ParameterError(
+                f"one of {', '.join(defaults)}", repr(name), "correct the name of the value"
+            )
+        check_number(name, value, 0.0, "-")
+        array[name] = value
+    return array
 
 
 @njit
@@ -95,7 +200,10 @@ def swing_rows(
     weights, stiffness, rolls, reference, jacobian, velocity, drift, place, axes, error,
     rows, right, r,
 ):  # fmt: skip
-    """The sole in the air follows its reference; a passive ankle's roll is left to its spring."""
+    """The sole in the air follows its reference; a passive ankle's roll is left to its spring.
+
+    It writes into the rows of the program, arrays of the robot's length, which no record holds.
+    """
     nv, k = jacobian.shape[1], stiffness.swing
     damping = 2.0 * math.sqrt(k)
     for i in range(3):
@@ -141,7 +249,10 @@ def com_rows(weights, ground, reference, axes, nv, rows, right, r):
 
 @njit
 def zmp_rows(weights, ground, reference, place, axes, nv, rows, right, r):
-    """One foot: where the ground pushes, and the height; sideways only if the ankle can push."""
+    """One foot: where the ground pushes, and the height; sideways only if the ankle can push.
+
+    It writes into the rows of the program, arrays of the robot's length, which no record holds.
+    """
     root = math.sqrt(weights.height)
     for c in range(3):
         rows[r, nv + c] = root * axes[2, c] * ground.gravity
@@ -163,7 +274,10 @@ def zmp_rows(weights, ground, reference, place, axes, nv, rows, right, r):
 
 @njit
 def trunk_rows(weights, stiffness, reference, axes, turning, first, error, rows, right, r):
-    """The trunk keeps upright and its heading; `first` is its first rotational column."""
+    """The trunk keeps upright and its heading; `first` is its first rotational column.
+
+    It writes into the rows of the program, arrays of the robot's length, which no record holds.
+    """
     rotation_error(axes, reference.trunk[0], reference.trunk[1], reference.trunk[2], error)
     damping = 2.0 * math.sqrt(stiffness.trunk)
     for i in range(3):
@@ -179,7 +293,10 @@ def trunk_rows(weights, stiffness, reference, axes, turning, first, error, rows,
 
 @njit
 def posture_and_bounds(weights, stiffness, joints, position, velocity, hessian, slope, low, high):
-    """Joints tend to the nominal posture, and keep off their limits of position and speed."""
+    """Joints tend to the nominal posture, and keep off their limits of position and speed.
+
+    It writes into the arrays of the program, of the robot's length, which no record holds.
+    """
     damping, stop = 2.0 * math.sqrt(stiffness.posture), 2.0 * math.sqrt(stiffness.joint_limit)
     for j in range(joints.shape[0]):
         joint = joints[j]
@@ -217,7 +334,7 @@ def ground_rows(ground, count, nv, n, matrix, low, high, r):
     )  # fmt: skip
     for side in range(count):
         first = nv + WRENCH * side
-        low[first + 2], high[first + 2] = 0.0, ground.most_force
+        low[first + 2], high[first + 2] = 0.0, ground.max_force
         for i in (0, 1, 3, 4, 5):
             for sign in (1.0, -1.0):
                 matrix[r, first + i], matrix[r, first + 2] = sign, -most[i]

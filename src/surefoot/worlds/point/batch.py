@@ -13,11 +13,10 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from functools import cache
-from typing import NamedTuple
 
 import numba
 import numpy as np
@@ -29,20 +28,24 @@ from surefoot.compiled import function_pointer, njit
 from surefoot.control.estimator import Estimator
 from surefoot.dcm.pushes import Push
 from surefoot.errors import ParameterError
-from surefoot.interface import OBSERVATION, Controller, Observation
+from surefoot.interface import OBSERVATION, Controller
 from surefoot.record import new_array, stack
 from surefoot.robot.feet import Side
 from surefoot.robot.robot import Robot
 from surefoot.rollout.disturbance import Disturbance
 from surefoot.rollout.outcome import MONITOR
-from surefoot.worlds.point.plant import LipmSimulator, lipm_cycle
-from surefoot.worlds.point.progress import WALK_RESULT, finish, new_progress, see
-from surefoot.worlds.point.python_walk import walk_in_python
-from surefoot.worlds.point.sensors import Senses, sense
-from surefoot.worlds.point.walks import Walks, first_starts, last_ends
-
-CHUNK = 4096
-"""So many walks are prepared at once: enough to share, and no memory for a million."""
+from surefoot.worlds.point.plant import lipm_cycle
+from surefoot.worlds.point.progress import WALK_RESULT, Judge, finish, judge
+from surefoot.worlds.point.sensors import measure
+from surefoot.worlds.point.walks import (
+    Chunk,
+    Question,
+    Walks,
+    chunks_of,
+    first_starts,
+    last_ends,
+)
+from surefoot.worlds.point.world import PointWorld
 
 PART = 8
 """A thread takes at most so many: walks that fall end early, equal shares would be unequal work."""
@@ -50,23 +53,34 @@ PART = 8
 
 @njit
 def _walk(
-    kernel, parameters, states, simulator, worlds, senses, sensed, monitor, progress, pushes, until
+    kernel,
+    parameters,
+    states,
+    simulator,
+    worlds,
+    sensors,
+    measured,
+    monitor,
+    progress,
+    pushes,
+    until,
 ):
     """One closed loop until the walk ends, or as long as every cycle is over before `until`.
 
     `states` and `worlds` are arrays of two records that swap each cycle; before and after this
-    the first one is now.
+    the first one is now. Every argument is a record of its own kind, and a record that held them
+    would differ from controller to controller, so that the loop would be compiled for each.
     """
     now = 0
     while worlds[now].observation.time + simulator.period < until:
         observation = worlds[now].observation
-        if senses.active:
-            sense(senses, worlds[now], states[now].command, sensed)
-            kernel(parameters, states[now], sensed.seen, states[1 - now])
+        if sensors.active:
+            measure(sensors, worlds[now], states[now].command, measured)
+            kernel(parameters, states[now], measured.observation, states[1 - now])
         else:
             kernel(parameters, states[now], observation, states[1 - now])
         command = states[1 - now].command
-        see(monitor, worlds[now], command, progress)
+        judge(monitor, worlds[now], command, progress)
         if progress.ended:
             break
         lipm_cycle(simulator, worlds[now], command, pushes, worlds[1 - now])
@@ -82,38 +96,40 @@ def _walk_range(kernel, records, trunk, branch, scene, seeds, firsts, quiets, pu
     The trunk is a walk that is not pushed yet; the next walk branches off from it, if it is one of
     the same scene that is not pushed earlier.
 
-    `records` are by scene parameters, state, simulator, world, senses, what was sensed, monitor and
-    progress; `trunk` and `branch` are room for one walk, see `_room`.
+    Those that differ from walk to walk are arrays of their own, cut for each thread.
+
+    `records` are by scene parameters, state, simulator, world, sensors, what was measured, monitor
+    and progress; `trunk` and `branch` are room for one walk, see `_room`.
     """
-    parameters, state, simulator, world, senses, nothing, watched, progress = records
-    states, worlds, plant, sight, seen, watch, mine = trunk
-    states_on, worlds_on, _, _, seen_on, watch_on, mine_on = branch
+    parameters, state, simulator, world, given, nothing, watched, progress = records
+    states, worlds, plant, sensors, measured, watch, mine = trunk
+    states_on, worlds_on, _, _, measured_on, watch_on, mine_on = branch
     grown, grown_seed = -1, -1
     for i in range(results.shape[0]):
         k = scene[i]
-        # What was seen of the trunk must be the same before the end of this walk's last push.
+        # What was measured of the trunk must be the same before the end of this walk's last push.
         late = min(firsts[i], quiets[i]) < worlds[0].observation.time or mine[0].ended
         if k != grown or seeds[i] != grown_seed or late:
             # A kernel writes what it has a use for; the rest of both is as in the beginning.
             states[:] = state[k]
             worlds[0], mine[0] = world[k], progress[k]
-            plant[0], sight[0] = simulator[k], senses[k]
-            seen[0], watch[0] = nothing[0], watched[0]
+            plant[0], sensors[0] = simulator[k], given[k]
+            measured[0], watch[0] = nothing[0], watched[0]
             if seeds[i] >= 0:
-                plant[0].seed = sight[0].sight.seed = seeds[i]
+                plant[0].seed = sensors[0].errors.seed = seeds[i]
             grown, grown_seed = k, seeds[i]
         mine[0].quiet_time = quiets[i]
         if not mine[0].ended:
             _walk(
-                kernel, parameters[k], states, plant[0], worlds, sight[0], seen[0], watch[0],
+                kernel, parameters[k], states, plant[0], worlds, sensors[0], measured[0], watch[0],
                 mine[0], pushes[i], firsts[i],
             )  # fmt: skip
         states_on[:] = states
         worlds_on[0], mine_on[0] = worlds[0], mine[0]
-        seen_on[0], watch_on[0] = seen[0], watch[0]
+        measured_on[0], watch_on[0] = measured[0], watch[0]
         if not mine[0].ended:
             _walk(
-                kernel, parameters[k], states_on, plant[0], worlds_on, sight[0], seen_on[0],
+                kernel, parameters[k], states_on, plant[0], worlds_on, sensors[0], measured_on[0],
                 watch_on[0], mine_on[0], pushes[i], math.inf,
             )  # fmt: skip
         finish(mine_on[0], worlds_on[0].observation, results[i])
@@ -139,65 +155,6 @@ def _pointer(kernel: Callable[..., None], parameters: np.dtype, state: np.dtype)
     record = numba.from_dtype
     signature = types.void(record(parameters), record(state), record(OBSERVATION), record(state))
     return function_pointer(kernel, signature)
-
-
-class _Scene(NamedTuple):
-    """What walks have in common that differ in their pushes and seeds only."""
-
-    controller: Controller
-    simulator: LipmSimulator
-    senses: Senses
-    start: Observation
-    progress: NDArray[np.void]
-
-    def seeded(self, seed: int) -> _Scene:
-        """The scene with another seed of its noise; -1 for its own."""
-        if seed < 0:
-            return self
-        about = self.senses
-        wrong = replace(about.disturbance or Disturbance(), seed=seed)
-        plant, estimator = about.plant, about.estimator
-        return self._replace(
-            simulator=LipmSimulator(
-                plant,
-                self.controller.period,
-                disturbance=wrong,
-                believed=self.controller.robot,
-            ),
-            senses=Senses(self.controller, plant, wrong, estimator),
-        )
-
-
-class _Question(NamedTuple):
-    """What all walks of a batch have in common."""
-
-    controller: Controller
-    duration: float
-    ends_early: bool
-    first_support: Side | None
-    plant: Robot | None
-    disturbance: Disturbance | None
-    estimator: Estimator | None
-
-    def scene(
-        self,
-        controller: Controller,
-        plant: Robot | None,
-        disturbance: Disturbance | None,
-        duration: float,
-    ) -> _Scene:
-        """The scene of one walk from the usual start; what is None is that of all."""
-        plant = plant or self.plant or controller.robot
-        disturbance = disturbance or self.disturbance
-        return _Scene(
-            controller,
-            LipmSimulator(
-                plant, controller.period, disturbance=disturbance, believed=controller.robot
-            ),
-            Senses(controller, plant, disturbance, self.estimator),
-            controller.first_observation(self.first_support),
-            new_progress(plant, controller, duration, ends_early=self.ends_early),
-        )
 
 
 def simulate_batch(
@@ -241,13 +198,13 @@ def simulate_batch(
     if workers is not None:
         check_number("workers", workers, 1.0, "threads")
     table = _table(walks, disturbance)
-    question = _Question(
+    question = Question(
         controller, duration, stop_when_settled, first_support, plant, disturbance, estimator
     )
     results = np.zeros(len(table), WALK_RESULT)
     pool = ThreadPoolExecutor(workers or os.cpu_count() or 1)
     try:
-        for part in _chunks(question, table):
+        for part in chunks_of(question, table):
             compiled = part.scenes[0].controller.kernel is not None
             walk = _walk_compiled if compiled else _walk_in_python
             walk(part, results[part.where], pool)
@@ -267,47 +224,7 @@ def _table(walks: Walks | Sequence[Sequence[Push]] | int, disturbance: Disturban
     return Walks(pushes=walks)
 
 
-class _Chunk(NamedTuple):
-    """Some walks of a table: which, their scenes, and by walk the scene, seed (-1 for that of the
-    disturbance) and `PUSH` records."""
-
-    where: slice
-    scenes: list[_Scene]
-    scene: NDArray[np.int64]
-    seeds: NDArray[np.int64]
-    pushes: NDArray[np.void]
-
-
-def _chunks(question: _Question, table: Walks) -> Iterator[_Chunk]:
-    controllers, pushes = table.deciders(question.controller), table.push_table()
-    starts, plants = table.starts, table.plants
-    disturbances = table.disturbances
-    seeds = np.full(len(table), -1) if table.seeds is None else np.asarray(table.seeds, np.int64)
-    for first in range(0, len(table), CHUNK):
-        where = slice(first, min(first + CHUNK, len(table)))
-        usual: dict[tuple[float, ...], _Scene] = {}
-        scenes: dict[tuple[float, ...], _Scene] = {}
-        numbers: dict[tuple[float, ...], int] = {}
-        scene = np.zeros(where.stop - first, np.int64)
-        for i in range(first, where.stop):
-            row = (
-                controllers[i],
-                None if plants is None else plants[i],
-                None if disturbances is None else disturbances[i],
-            )
-            duration = question.duration if table.durations is None else table.durations[i]
-            kind = (*map(id, row), duration)
-            if kind not in usual:
-                usual[kind] = question.scene(*row, duration)
-            start = usual[kind].start if starts is None else starts[i]
-            key = (*kind, id(start))
-            if key not in scenes:
-                scenes[key], numbers[key] = usual[kind]._replace(start=start), len(scenes)
-            scene[i - first] = numbers[key]
-        yield _Chunk(where, list(scenes.values()), scene, seeds[where], pushes[where])
-
-
-def _walk_compiled(part: _Chunk, results: NDArray[np.void], pool: ThreadPoolExecutor) -> None:
+def _walk_compiled(part: Chunk, results: NDArray[np.void], pool: ThreadPoolExecutor) -> None:
     scenes = part.scenes
     states = [one.controller.start(one.start) for one in scenes]
     records = tuple(
@@ -317,8 +234,8 @@ def _walk_compiled(part: _Chunk, results: NDArray[np.void], pool: ThreadPoolExec
             states,
             [one.simulator.parameters for one in scenes],
             [one.simulator.start(one.start) for one in scenes],
-            [one.senses.parameters for one in scenes],
-            [scenes[0].senses.start()],
+            [one.sensors.parameters for one in scenes],
+            [scenes[0].sensors.start()],
             [new_array(MONITOR)],
             [one.progress for one in scenes],
         )
@@ -336,20 +253,54 @@ def _walk_compiled(part: _Chunk, results: NDArray[np.void], pool: ThreadPoolExec
 
 
 def _room(records: tuple[NDArray[np.void], ...]) -> tuple[NDArray[np.void], ...]:
-    """Room for one walk: two states and two worlds that swap, then simulator, senses, what was
-    sensed, monitor and progress."""
+    """Room for one walk: two states and two worlds that swap, then simulator, sensors, what was
+    measured, monitor and progress."""
     _, state, simulator, world, *rest = (one.dtype for one in records)
     kinds = ((state, 2), (world, 2), (simulator, 1), *((one, 1) for one in rest))
     return tuple(np.empty(count, kind) for kind, count in kinds)
 
 
-def _walk_in_python(part: _Chunk, results: NDArray[np.void], pool: ThreadPoolExecutor) -> None:
+def _walk_in_python(part: Chunk, results: NDArray[np.void], pool: ThreadPoolExecutor) -> None:
     """One after the other; those of one scene and seed branch off at their first push."""
     for number, seed in sorted({*zip(part.scene.tolist(), part.seeds.tolist(), strict=True)}):
         rows = np.flatnonzero((part.scene == number) & (part.seeds == seed))
-        scene = part.scenes[number].seeded(seed)
-        found = np.zeros(len(rows), WALK_RESULT)
-        walk_in_python(
-            scene.simulator, scene.senses, part.pushes[rows], scene.start, scene.progress, found
-        )
+        scene, found = part.scenes[number], np.zeros(len(rows), WALK_RESULT)
+        sensors, disturbance = scene.sensors, scene.sensors.disturbance
+        if seed >= 0:
+            disturbance = replace(disturbance or Disturbance(), seed=seed)
+        world = PointWorld(
+            scene.controller, sensors.plant, disturbance, sensors.estimator,
+            start=scene.start, retained=0.0,
+        )  # fmt: skip
+        _walk_forks(world, Judge(scene.progress), part.pushes[rows], found)
         results[rows] = found
+
+
+def _walk_forks(
+    start: PointWorld, unjudged: Judge, pushes: NDArray[np.void], results: NDArray[np.void]
+) -> None:
+    """One walk for each row of pushes, all from the same start."""
+    firsts, quiets = first_starts(pushes), last_ends(pushes)
+    first = float(firsts.min(initial=math.inf))
+    trunk, judge = start.fork(), unjudged.fork(first)
+    if math.isfinite(first):
+        _walk_on(trunk, judge, first)
+    for i, row in enumerate(pushes):
+        # A walk that nothing pushes is judged from its start.
+        pushed = math.isfinite(firsts[i])
+        world, mine = (trunk, judge) if pushed else (start, unjudged)
+        world, mine = world.fork(), mine.fork(quiets[i])
+        world.push_with(row)
+        if not mine.ended:
+            _walk_on(world, mine, math.inf)
+        mine.finish(world.record["observation"], results[i : i + 1])
+
+
+def _walk_on(world: PointWorld, judge: Judge, until: float) -> None:
+    """What `_walk` does, for controllers without a kernel."""
+    while world.time + world.controller.period < until:
+        world.observe()
+        world.decide()
+        if judge.judge(world.record, world.command):
+            return
+        world.act()

@@ -257,7 +257,7 @@ class LipmSimulator:
         robot: mass, height, leg speed and trunk of the plant; it may differ from the controller's.
         period: control period [s].
         pushes: forces on the CoM.
-        disturbance: of where and when feet land; what is seen is the matter of `Senses`.
+        disturbance: of where and when feet land; what is measured is the matter of `PointSensors`.
         believed: the robot of the controller, if it is another one; it has fallen when the DCM is
             further from the support foot than steps of either can save: see
             `dcm.viability.fall_distance`.

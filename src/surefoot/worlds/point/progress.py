@@ -3,23 +3,27 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
 
-from surefoot.compiled import njit
+from surefoot.compiled import entry_point, njit
 from surefoot.dcm.viability import viable_offsets
-from surefoot.interface import OBSERVATION, Controller
-from surefoot.record import new_array
+from surefoot.interface import COMMAND, OBSERVATION, Command, Controller
+from surefoot.record import copy_array, new_array
 from surefoot.robot.feet import Side
 from surefoot.robot.robot import Robot
 from surefoot.rollout.outcome import (
+    MONITOR,
     SETTLED,
     is_settled,
     settled_error,
     settled_rule,
     watch,
 )
+from surefoot.worlds.point.plant import LIPM_WORLD
 
 PROGRESS = np.dtype(
     [
@@ -80,8 +84,8 @@ def _margin(progress, observation) -> float:
 
 
 @njit
-def see(monitor, world, command, progress):
-    """Take a cycle into the monitor and tell whether the walk has ended, and how.
+def judge(monitor, world, command, progress):
+    """Take a cycle into the monitor and judge whether the walk has ended, and how.
 
     It ends with a fall, when its time is over, or, if it ends early, at the first touchdown after
     `quiet_time` at which it is settled; see `rollout.outcome`.
@@ -156,3 +160,58 @@ def new_progress(
     progress["margin"], progress["recovery_time"] = math.inf, math.nan
     progress["recovery_steps"] = -1
     return progress
+
+
+@njit
+def _judge(monitor, world, command, progress):
+    judge(monitor[0], world[0], command[0], progress[0])
+
+
+@njit
+def _finish(progress, observation, result):
+    finish(progress[0], observation[0], result[0])
+
+
+class Judge:
+    """Judges a walk in Python, cycle by cycle; the same kernels as in a batch.
+
+    Args:
+        progress: a `PROGRESS` record of a walk that has not begun, shape (1,); not changed.
+        monitor: of a walk that is under way, shape (1,); not changed.
+    """
+
+    def __init__(self, progress: NDArray[np.void], monitor: NDArray[np.void] | None = None) -> None:
+        self._progress = copy_array(progress)
+        self._monitor = new_array(MONITOR) if monitor is None else copy_array(monitor)
+
+    def fork(self, quiet_time: float) -> Judge:
+        """A copy that goes on by itself.
+
+        Args:
+            quiet_time: when its last push is over [s].
+        """
+        other = Judge(self._progress, self._monitor)
+        other._progress["quiet_time"] = quiet_time
+        return other
+
+    @property
+    def ended(self) -> bool:
+        """Whether the walk has ended."""
+        return bool(self._progress["ended"][0])
+
+    def judge(self, world: NDArray[np.void], command: Command) -> bool:
+        """Take in a cycle, and say whether the walk has ended."""
+        _compiled()[0](self._monitor, world, command.array, self._progress)
+        return self.ended
+
+    def finish(self, observation: NDArray[np.void], result: NDArray[np.void]) -> None:
+        """Write the `WALK_RESULT` of a walk whose last observation this is, shape (1,)."""
+        _compiled()[1](self._progress, copy_array(observation), result)
+
+
+@cache
+def _compiled() -> tuple[Callable[..., None], Callable[..., None]]:
+    return (
+        entry_point(_judge, MONITOR, LIPM_WORLD, COMMAND, PROGRESS),
+        entry_point(_finish, PROGRESS, OBSERVATION, WALK_RESULT),
+    )

@@ -1,6 +1,6 @@
-"""What a controller is told of the world: the truth, what disturbs it, and then an estimator.
+"""What a controller is given of a point mass: the truth, what disturbs it, and then an estimator.
 
-One kernel for walks that are compiled and for those that are not. Where a controller is told the
+One kernel for walks that are compiled and for those that are not. Where a controller is given the
 truth nothing is computed and nothing is copied.
 """
 
@@ -19,51 +19,55 @@ from surefoot.errors import ParameterError
 from surefoot.interface import COMMAND, OBSERVATION, Command, Controller, Observation
 from surefoot.record import copy_array, new_array
 from surefoot.robot.robot import Robot
-from surefoot.rollout.disturbance import DELAY_LINE, SIGHT, Disturbance, look
+from surefoot.rollout.disturbance import DELAY_LINE, SENSOR_ERRORS, Disturbance, disturb
 from surefoot.worlds.point.plant import LIPM_WORLD
 
-SENSES = np.dtype([("active", "?"), ("estimates", "?"), ("sight", SIGHT), ("estimator", ESTIMATOR)])
-"""Parameters: whether the truth is not told, whether an estimator works, and those of both."""
+SENSORS = np.dtype(
+    [("active", "?"), ("estimates", "?"), ("errors", SENSOR_ERRORS), ("estimator", ESTIMATOR)]
+)
+"""Parameters: whether anything but the truth is given, whether an estimator works, and those of
+both."""
 
-SENSED = np.dtype([("seen", OBSERVATION), ("line", DELAY_LINE), ("estimate", ESTIMATE)])
-"""What was seen last, what is still under way, and what the estimator remembers."""
+MEASURED = np.dtype([("observation", OBSERVATION), ("line", DELAY_LINE), ("estimate", ESTIMATE)])
+"""What was measured last, what is still under way, and what the estimator remembers."""
 
 
 @njit
-def sense(senses, world, command, sensed):
-    """What the controller is told in this cycle, into `sensed.seen`; only if `senses.active`.
+def measure(sensors, world, command, measured):
+    """What the controller is given in this cycle, into `measured.observation`; only if
+    `sensors.active`.
 
     Args:
-        senses: a `SENSES` record.
+        sensors: a `SENSORS` record.
         world: a `LIPM_WORLD` record.
         command: the `COMMAND` record that led here.
-        sensed: a `SENSED` record, changed.
+        measured: a `MEASURED` record, changed.
     """
-    sensed.seen = world.observation
-    look(senses.sight, world, sensed.line, sensed.seen)
-    if senses.estimates:
-        estimate_cycle(senses.estimator, sensed.estimate, sensed.seen, command)
+    measured.observation = world.observation
+    disturb(sensors.errors, world, measured.line, measured.observation)
+    if sensors.estimates:
+        estimate_cycle(sensors.estimator, measured.estimate, measured.observation, command)
 
 
 @njit
-def _sense_step(senses, world, command, sensed):
-    sense(senses[0], world[0], command[0], sensed[0])
+def _measure_step(sensors, world, command, measured):
+    measure(sensors[0], world[0], command[0], measured[0])
 
 
 @cache
 def _compiled() -> Callable[..., None]:
-    return entry_point(_sense_step, SENSES, LIPM_WORLD, COMMAND, SENSED)
+    return entry_point(_measure_step, SENSORS, LIPM_WORLD, COMMAND, MEASURED)
 
 
 @dataclass(frozen=True)
-class Senses:
-    """What stands between a world and a controller.
+class PointSensors:
+    """What stands between a point mass and its controller: sensors, their errors, an estimator.
 
     Args:
-        controller: who is told.
+        controller: what is given the observation.
         plant: the robot that is moved. A DCM is made of CoM and velocity with the natural
             frequency that the controller believes in.
-        disturbance: of what is seen.
+        disturbance: of what is measured.
         estimator: between what is measured and the controller.
 
     Raises:
@@ -79,12 +83,12 @@ class Senses:
 
     def __post_init__(self) -> None:
         believed, disturbance = self.controller.robot.omega, self.disturbance or Disturbance()
-        parameters = new_array(SENSES)
-        sight = parameters["sight"]
+        parameters = new_array(SENSORS)
+        errors = parameters["errors"]
         for name in ("dcm_noise", "velocity_noise", "com_offset", "seed"):
-            sight[name] = getattr(disturbance, name)
-        sight["delay"] = whole_cycles(disturbance.delay, self.controller.period)
-        sight["omega"] = believed
+            errors[name] = getattr(disturbance, name)
+        errors["delay"] = whole_cycles(disturbance.delay, self.controller.period)
+        errors["omega"] = believed
         estimates = self.estimator is not None and self.estimator.works
         if self.estimator is not None:
             if self.estimator.period != self.controller.period:
@@ -101,25 +105,25 @@ class Senses:
 
     @property
     def active(self) -> bool:
-        """Whether the controller is told anything but the truth."""
+        """Whether the controller is given anything but the truth."""
         return bool(self.parameters["active"][0])
 
     def start(self) -> NDArray[np.void]:
-        """What was sensed before the first cycle: nothing."""
-        return new_array(SENSED)
+        """What was measured before the first cycle: nothing."""
+        return new_array(MEASURED)
 
     def step(
-        self, sensed: NDArray[np.void], world: NDArray[np.void], command: Command
+        self, measured: NDArray[np.void], world: NDArray[np.void], command: Command
     ) -> tuple[Observation, NDArray[np.void]]:
-        """One cycle: what the controller is told, and what was sensed by now.
+        """One cycle: what the controller is given, and what was measured by now.
 
         Args:
-            sensed: of the cycle before, or of `start`.
+            measured: of the cycle before, or of `start`.
             world: now.
             command: what led here; of no matter in the first cycle.
         """
         if not self.active:
-            return Observation.of(world["observation"]), sensed
-        sensed = copy_array(sensed)
-        _compiled()(self.parameters, world, command.array, sensed)
-        return Observation.of(sensed["seen"]), sensed
+            return Observation.of(world["observation"]), measured
+        measured = copy_array(measured)
+        _compiled()(self.parameters, world, command.array, measured)
+        return Observation.of(measured["observation"]), measured

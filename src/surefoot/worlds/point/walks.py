@@ -3,19 +3,27 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence, Sized
+from collections.abc import Iterator, Mapping, Sequence, Sized
 from dataclasses import dataclass, field, fields, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from surefoot.checks import check_number, check_seed, closest
+from surefoot.control.estimator import Estimator
 from surefoot.dcm.pushes import PUSH, Push, push_records
 from surefoot.errors import ParameterError
 from surefoot.interface import Controller, Observation
+from surefoot.robot.feet import Side
 from surefoot.robot.robot import Robot
 from surefoot.rollout.disturbance import Disturbance
+from surefoot.worlds.point.plant import LipmSimulator
+from surefoot.worlds.point.progress import new_progress
+from surefoot.worlds.point.sensors import PointSensors
+
+CHUNK = 4096
+"""So many walks are prepared at once: enough to share, and no memory for a million."""
 
 COLUMNS = (
     "pushes", "starts", "controllers", "durations", "plants", "disturbances", "seeds",
@@ -44,12 +52,12 @@ class Walks:
         controllers: in the place of the one of all, and of `parameters`; of the same class.
         durations: how long to walk at most [s].
         plants: the robots that are moved, if they are not the ones the controllers believe in.
-        disturbances: of what is seen and of landings.
+        disturbances: of what is measured and of landings.
         seeds: of the noise, in the place of those of the disturbances.
         count: how many walks there are; from the columns if None.
 
     Raises:
-        ParameterError: a column has another length, a row another type, or nothing tells how many
+        ParameterError: a column has another length, a row another type, or nothing says how many
             walks there are.
     """
 
@@ -193,6 +201,89 @@ class Walks:
             changes = dict(zip(self.parameters, values, strict=True))
             made[key] = replace(controller, **changes)  # type: ignore[type-var]
         return made[key]
+
+
+class Scene(NamedTuple):
+    """What walks have in common that differ in their pushes and seeds only."""
+
+    controller: Controller
+    simulator: LipmSimulator
+    sensors: PointSensors
+    start: Observation
+    progress: NDArray[np.void]
+
+
+class Question(NamedTuple):
+    """What all walks of a batch have in common."""
+
+    controller: Controller
+    duration: float
+    ends_early: bool
+    first_support: Side | None
+    plant: Robot | None
+    disturbance: Disturbance | None
+    estimator: Estimator | None
+
+    def scene(
+        self,
+        controller: Controller,
+        plant: Robot | None,
+        disturbance: Disturbance | None,
+        duration: float,
+    ) -> Scene:
+        """The scene of one walk from the usual start; what is None is that of all."""
+        plant = plant or self.plant or controller.robot
+        disturbance = disturbance or self.disturbance
+        return Scene(
+            controller,
+            LipmSimulator(
+                plant, controller.period, disturbance=disturbance, believed=controller.robot
+            ),
+            PointSensors(controller, plant, disturbance, self.estimator),
+            controller.first_observation(self.first_support),
+            new_progress(plant, controller, duration, ends_early=self.ends_early),
+        )
+
+
+class Chunk(NamedTuple):
+    """Some walks of a table: which, their scenes, and by walk the scene, seed (-1 for that of the
+    disturbance) and `PUSH` records."""
+
+    where: slice
+    scenes: list[Scene]
+    scene: NDArray[np.int64]
+    seeds: NDArray[np.int64]
+    pushes: NDArray[np.void]
+
+
+def chunks_of(question: Question, table: Walks) -> Iterator[Chunk]:
+    """The walks of a table, ready to be walked, so many at once."""
+    controllers, pushes = table.deciders(question.controller), table.push_table()
+    starts, plants = table.starts, table.plants
+    disturbances = table.disturbances
+    seeds = np.full(len(table), -1) if table.seeds is None else np.asarray(table.seeds, np.int64)
+    for first in range(0, len(table), CHUNK):
+        where = slice(first, min(first + CHUNK, len(table)))
+        usual: dict[tuple[float, ...], Scene] = {}
+        scenes: dict[tuple[float, ...], Scene] = {}
+        numbers: dict[tuple[float, ...], int] = {}
+        scene = np.zeros(where.stop - first, np.int64)
+        for i in range(first, where.stop):
+            row = (
+                controllers[i],
+                None if plants is None else plants[i],
+                None if disturbances is None else disturbances[i],
+            )
+            duration = question.duration if table.durations is None else table.durations[i]
+            kind = (*map(id, row), duration)
+            if kind not in usual:
+                usual[kind] = question.scene(*row, duration)
+            start = usual[kind].start if starts is None else starts[i]
+            key = (*kind, id(start))
+            if key not in scenes:
+                scenes[key], numbers[key] = usual[kind]._replace(start=start), len(scenes)
+            scene[i - first] = numbers[key]
+        yield Chunk(where, list(scenes.values()), scene, seeds[where], pushes[where])
 
 
 def last_ends(pushes: NDArray[np.void]) -> NDArray[np.float64]:

@@ -1,0 +1,224 @@
+"""Pictures of a push map: direction by phase in colours, and a polar map for each phase."""
+
+from __future__ import annotations
+
+import math
+import textwrap
+from typing import Any, NamedTuple
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import BoundaryNorm
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from matplotlib.projections.polar import PolarAxes
+from matplotlib.ticker import MaxNLocator
+from numpy.typing import NDArray
+
+from surefoot.dcm.pushes import DIRECTIONS
+from surefoot.show import palette
+from surefoot.show.picture_file import HALO
+from surefoot.studies.engine.polar_rings import FIXED_DASH, FOOT_BAND, LIMIT, draw_rings
+from surefoot.studies.push_map.map_numbers import MapNumbers, finding, origin
+
+HEADING = "How hard a push is survived, from any side at any time"
+"""Of page and pictures."""
+
+COLOURS = "viridis"
+"""Even steps in lightness, distinct for every colour vision."""
+
+SURVIVED = "#0072b2"
+
+SHARE = 90.0
+"""Colours of shares begin here, or lower [%]."""
+
+_WIDTH, _COLUMNS, _SIZE, _GAP = 12.5, 5, 2.04, 0.44
+
+_LETTERS = 150
+"""What fits into a line under the heading."""
+
+
+class _Heat(NamedTuple):
+    """One heat map: its values by phase and direction, what they are, and colours in steps."""
+
+    key: str
+    title: str
+    unit: str
+    values: NDArray[np.float64]
+    whole: bool = False
+    """Whether the values are whole numbers."""
+
+
+def heat_figure(numbers: MapNumbers) -> Figure:
+    """Four heat maps: what is survived, its share of the limit, and, under the hardest push that
+    is survived in every cell, the steps to recover and the margin.
+
+    Returns:
+        A figure of its own, not known to pyplot.
+    """
+    impulse = numbers.everywhere
+    under = f"under {impulse:g} N s"
+    heats = (
+        _Heat("survived", "Largest survived impulse", "N s", numbers.survived),
+        _Heat("share", "Share of the theoretical limit", "%", 100.0 * numbers.share),
+        _Heat("steps", f"Steps to recover {under}", "steps",
+              numbers.at(numbers.recovery_steps, impulse), True),
+        _Heat("margin", f"Margin {under}", "cm", 100.0 * numbers.at(numbers.margin, impulse)),
+    )  # fmt: skip
+    figure = Figure(figsize=(_WIDTH, 8.3), facecolor="white")
+    _headline(figure, numbers)
+    axes = figure.subplots(
+        2, 2, gridspec_kw={"left": 0.055, "right": 0.975, "bottom": 0.1, "top": 0.84,
+                           "hspace": 0.34, "wspace": 0.12},
+    )  # fmt: skip
+    for ax, heat in zip(axes.flat, heats, strict=True):
+        _draw_heat(figure, ax, numbers, heat)
+    handles: list[Any] = []
+    if (numbers.holes > 0).any():
+        handles.append(
+            Line2D([], [], linestyle="none", marker="x", color="black", markersize=5.0,
+                   label="a harder push than the smallest failing one is survived")
+        )  # fmt: skip
+    if any(np.isnan(heat.values).any() for heat in heats):
+        handles.append(Patch(facecolor="#d9d9d9", hatch="////", edgecolor="white",
+                             label="not even the gait without a push"))  # fmt: skip
+    if handles:
+        figure.legend(handles=handles, loc="lower center", ncols=2, frameon=False)
+    return figure
+
+
+def _headline(figure: Figure, numbers: MapNumbers) -> None:
+    up = 1.0 / figure.get_figheight()
+    figure.suptitle(
+        HEADING, x=0.25 / _WIDTH, y=1.0 - 0.14 * up, ha="left", va="top", fontsize=12.5,
+        fontweight="bold",
+    )  # fmt: skip
+    for line, text in enumerate(
+        ("  ·  ".join(origin(numbers)), *textwrap.wrap(finding(numbers), _LETTERS))
+    ):
+        figure.text(
+            0.25 / _WIDTH, 1.0 - (0.42 + 0.2 * line) * up, text, fontsize=9.0, va="top",
+            color=palette.QUIET,
+        )  # fmt: skip
+
+
+def _edges(values: NDArray[np.float64], whole: float) -> NDArray[np.float64]:
+    """Half way between evenly spaced values that fill `whole`."""
+    half = 0.5 * whole / len(values)
+    return np.append(values - half, values[-1] + half)
+
+
+def _draw_heat(figure: Figure, ax: Axes, numbers: MapNumbers, heat: _Heat) -> None:
+    ax.set_title(f"{heat.title} [{heat.unit}]", loc="left", fontsize=9.5, fontweight="bold")
+    ax.set_facecolor("#d9d9d9")
+    known = heat.values[np.isfinite(heat.values)]
+    options: dict[str, Any] = {"cmap": COLOURS}
+    if heat.whole and len(known) and np.ptp(known) <= 20:
+        bounds = np.arange(known.min() - 0.5, known.max() + 1.0)
+        if len(bounds) > 2:
+            options["norm"] = BoundaryNorm(bounds, 256)
+    elif heat.key == "share" and len(known):
+        # Of less than a tenth of the limit, the steps of the scan are a good part.
+        options |= {"vmin": min(SHARE, known.min()), "vmax": 100.0}
+    elif len(known) and np.ptp(known) < 1e-9:
+        options |= {"vmin": known[0] - 1.0, "vmax": known[0] + 1.0}
+    edges = _edges(numbers.angles, 360.0), _edges(numbers.phases, 1.0)
+    mesh = ax.pcolormesh(
+        *edges, np.ma.masked_invalid(heat.values),
+        gid=f"heat-{heat.key}", rasterized=True, **options,
+    )  # fmt: skip
+    unknown = np.ma.masked_where(np.isfinite(heat.values), np.zeros_like(heat.values))
+    if not unknown.mask.all():
+        ax.pcolor(
+            *edges, unknown, hatch="////", cmap="Greys", vmin=-1.0, vmax=9.0, edgecolor="white",
+            linewidth=0.0,
+        )  # fmt: skip
+    rows, columns = np.nonzero(numbers.holes)
+    ax.plot(
+        numbers.angles[columns], numbers.phases[rows], "x", color="black", markersize=3.2,
+        markeredgewidth=0.9, path_effects=HALO, gid=f"holes-{heat.key}",
+    )  # fmt: skip
+    ax.set_xticks(
+        list(DIRECTIONS.values()), [f"{name}\n{angle:g}°" for name, angle in DIRECTIONS.items()]
+    )
+    ax.set_ylabel("phase of the step")
+    bar = figure.colorbar(mesh, ax=ax, pad=0.015, fraction=0.05, aspect=26)
+    bar.outline.set_visible(False)  # type: ignore[operator]
+    whole = MaxNLocator(8, integer=True) if heat.whole else MaxNLocator(6)
+    bar.locator = whole
+    bar.update_ticks()
+    bar.minorticks_off()
+
+
+def polar_figure(numbers: MapNumbers) -> Figure:
+    """A polar map for each phase, all to the same scale, seen from above with forward up.
+
+    Returns:
+        A figure of its own, not known to pyplot.
+    """
+    columns = min(_COLUMNS, len(numbers.phases))
+    rows = math.ceil(len(numbers.phases) / columns)
+    head, foot, below = 1.3, 0.45, 0.42
+    height = head + rows * (_SIZE + below) + foot
+    figure = Figure(figsize=(_WIDTH, height), facecolor="white")
+    _headline(figure, numbers)
+    left = 0.5 * (_WIDTH - columns * _SIZE - (columns - 1) * _GAP)
+    outer = max(float(numbers.limit.max()), float(numbers.survived.max()), 1.0)
+    for index in range(len(numbers.phases)):
+        row, column = divmod(index, columns)
+        place = (
+            (left + column * (_SIZE + _GAP)) / _WIDTH,
+            (height - head - row * (_SIZE + below) - _SIZE) / height,
+            _SIZE / _WIDTH, _SIZE / height,
+        )  # fmt: skip
+        ax: PolarAxes = figure.add_axes(place, projection="polar")  # type: ignore[assignment]
+        _draw_polar(ax, numbers, index, outer)
+    figure.legend(
+        handles=_polar_legend(numbers), loc="lower center", ncols=4, frameon=False,
+        bbox_to_anchor=(0.5, 0.04 / height), handlelength=2.6,
+    )  # fmt: skip
+    return figure
+
+
+def _draw_polar(ax: PolarAxes, numbers: MapNumbers, index: int, outer: float) -> None:
+    ax.set_theta_zero_location("N")
+    ax.set_rlim(0.0, 1.06 * outer)
+    phase, around = numbers.phases[index], np.append(numbers.angles, numbers.angles[0])
+    ax.set_title(f"phase {phase:.3g}", loc="left", fontsize=8.5, fontweight="bold", pad=6.0)
+    limit = numbers.limit[index]
+    draw_rings(ax, lambda angle: float(limit[np.argmin(np.abs(numbers.angles - angle))]))
+
+    def closed(values: NDArray[np.float64]) -> tuple[Any, Any]:
+        return np.radians(around), np.append(values, values[0])
+
+    survived = numbers.survived[index]
+    ax.fill(*closed(limit), color=FOOT_BAND, linewidth=0.0, zorder=0.9)
+    ax.plot(*closed(limit), color=LIMIT, linewidth=2.6, zorder=2.5, gid=f"limit-{phase:g}")
+    ax.plot(
+        *closed(numbers.limit_fixed[index]), color=palette.QUIET, linewidth=0.9,
+        linestyle=FIXED_DASH, zorder=2.3, gid=f"fixed-{phase:g}",
+    )  # fmt: skip
+    ax.plot(
+        *closed(survived), color=SURVIVED, linewidth=1.3, zorder=4.0, gid=f"survived-{phase:g}",
+    )  # fmt: skip
+    holed = numbers.holes[index] > 0
+    ax.plot(
+        np.radians(numbers.angles[holed]), survived[holed], "x", color="black", markersize=3.4,
+        markeredgewidth=0.9, zorder=4.5, gid=f"holes-{phase:g}",
+    )  # fmt: skip
+
+
+def _polar_legend(numbers: MapNumbers) -> list[Any]:
+    handles: list[Any] = [
+        Line2D([], [], color=SURVIVED, linewidth=1.3, label="largest survived impulse [N s]"),
+        Line2D([], [], color=LIMIT, linewidth=2.6, label="theoretical limit"),
+        Line2D([], [], color=palette.QUIET, linewidth=0.9, linestyle=FIXED_DASH,
+               label="limit of fixed steps"),
+    ]  # fmt: skip
+    if (numbers.holes > 0).any():
+        handles.append(
+            Line2D([], [], color="black", linestyle="none", marker="x", markersize=4.0,
+                   label="a harder push is survived again")
+        )  # fmt: skip
+    return handles

@@ -1,0 +1,132 @@
+"""Which trial to take, which of its changes are kept, and why."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+from surefoot.errors import ParameterError
+from surefoot.studies.tune.trials import Tried, pareto_front
+
+NOTICEABLE_SURVIVAL, NOTICEABLE_GENTLENESS = 0.005, 0.01
+"""A smaller difference is no reason to change a parameter [-]."""
+
+Objectives = tuple[float, float]
+"""Survival and gentleness."""
+
+Values = Mapping[str, float]
+
+Try = Callable[[Values], Objectives | None]
+"""Measures values of the parameters; None if the controller refuses them."""
+
+PREFERENCES: Mapping[str, Callable[[Objectives], tuple[float, float]]] = {
+    "survival": lambda of: (of[0], -of[1]),
+    "gentleness": lambda of: (-of[1], of[0]),
+    "balance": lambda of: (of[0] / of[1] if of[1] > 0.0 else float("inf"), of[0]),
+}
+"""What is to be largest, by name: of those that are no worse than the default in either."""
+
+
+@dataclass(frozen=True)
+class Reason:
+    """Why a parameter has its value.
+
+    Attributes:
+        parameter: its name.
+        default: value that it had.
+        value: that it has now.
+        without: survival and gentleness with this parameter alone set back; None if the controller
+            refuses that.
+    """
+
+    parameter: str
+    default: float
+    value: float
+    without: Objectives | None
+
+
+def check_preference(prefer: str) -> None:
+    """Refuse a preference that there is not.
+
+    Raises:
+        ParameterError: no such preference.
+    """
+    if prefer not in PREFERENCES:
+        raise ParameterError(
+            f"a preference ({', '.join(PREFERENCES)})", repr(prefer), "choose one of these"
+        )
+
+
+def choose(trials: Sequence[Tried], prefer: str = "survival") -> Tried:
+    """The trial to take: on the front, and no worse than the default in either objective.
+
+    Args:
+        trials: the first is the default.
+        prefer: a key of `PREFERENCES`.
+
+    Raises:
+        ParameterError: no such preference.
+    """
+    check_preference(prefer)
+    default = _objectives(trials[0])
+    rank = PREFERENCES[prefer]
+    able = [one for one in pareto_front(trials) if no_worse(_objectives(one), default)]
+    # Of equals the first: the default, if it is among them.
+    return max(able, key=lambda one: rank(_objectives(one)), default=trials[0])
+
+
+def no_worse(one: Objectives | None, other: Objectives, spare: Objectives = (0.0, 0.0)) -> bool:
+    """Whether survival is not smaller and gentleness not larger, but for what may be spared."""
+    return one is not None and one[0] >= other[0] - spare[0] and one[1] <= other[1] + spare[1]
+
+
+def simplest(
+    chosen: Tried, defaults: Values, default: Objectives, attempt: Try
+) -> dict[str, float]:
+    """The chosen values, with every parameter set back that makes no noticeable difference.
+
+    The one that makes the least goes first; then the rest is measured without it, until none goes
+    any more. What is lost by all of them together is compared with the chosen trial, so that small
+    losses do not add up.
+
+    Args:
+        chosen: the trial.
+        defaults: of the parameters.
+        default: survival and gentleness of these, which must not become worse.
+        attempt: measures values.
+    """
+    best, values = _objectives(chosen), dict(chosen.values)
+    spare = (NOTICEABLE_SURVIVAL, NOTICEABLE_GENTLENESS)
+
+    def lost(name: str) -> float:
+        found = attempt({**values, name: defaults[name]})
+        if found is None:
+            return float("inf")
+        return max((best[0] - found[0]) / spare[0], (found[1] - best[1]) / spare[1])
+
+    while True:
+        changed = [name for name in values if values[name] != defaults[name]]
+        before = values
+        for name in sorted(changed, key=lost):
+            simpler = {**values, name: defaults[name]}
+            found = attempt(simpler)
+            if no_worse(found, best, spare) and no_worse(found, default):
+                values = simpler
+        # What mattered beside another parameter may not matter without it.
+        if values == before:
+            return values
+
+
+def reasons(values: Values, defaults: Values, attempt: Try) -> list[Reason]:
+    """Why each parameter that was changed has its value: what is lost if it alone is set back."""
+    return [
+        Reason(name, defaults[name], value, attempt({**values, name: defaults[name]}))
+        for name, value in values.items()
+        if value != defaults[name]
+    ]
+
+
+def _objectives(one: Tried) -> Objectives:
+    if one.objectives is None:
+        raise ParameterError("a trial that was measured", repr(one), "measure it first")
+    return one.objectives

@@ -1,0 +1,184 @@
+"""The parameters of a control method that are searched, and how far: what its fields say.
+
+A component of a pair is a parameter of its own, `offset_weight.x`. Of weights that only count by
+their ratios one is left alone: the first on the step vector.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from surefoot.checks import closest
+from surefoot.control.registry import methods
+from surefoot.control.settings import searched, settings, with_settings
+from surefoot.errors import ParameterError
+from surefoot.robot.robot import Robot
+
+DIGITS = 3
+"""A value that is tried is rounded to these digits: it is to be read and copied."""
+
+OF_THE_QUESTION = ("step_duration", "period")
+"""Settings that change what is measured rather than how well it is answered."""
+
+COMPONENTS = ("x", "y")
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A setting of a method, or a component of one, with the range in which it is searched.
+
+    Attributes:
+        name: of the setting; a component of a pair has `.x` or `.y` behind.
+        low: smallest value; the range is logarithmic if it is positive [unit of the setting].
+        high: largest value [unit of the setting].
+    """
+
+    name: str
+    low: float
+    high: float
+
+    @property
+    def log(self) -> bool:
+        """Whether factors count rather than differences."""
+        return self.low > 0.0
+
+    def read(self, values: Mapping[str, Any]) -> float:
+        """Its value in the settings of a method."""
+        name, _, component = self.name.partition(".")
+        value = values[name]
+        return float(value[COMPONENTS.index(component)] if component else value)
+
+
+def usual_parameters(key: str) -> tuple[Parameter, ...]:
+    """What is searched in a method unless another choice is made.
+
+    Raises:
+        ParameterError: no such method.
+    """
+    return tuple(Parameter(name, *ends) for name, ends in searched(key).items())
+
+
+def chosen_parameters(
+    key: str, asked: Iterable[str], robot: Robot, velocity: tuple[float, float]
+) -> tuple[Parameter, ...]:
+    """The parameters that are to be searched.
+
+    Args:
+        key: of the method.
+        asked: `NAME` or `NAME=LOW:HIGH`; only these are searched. The usual ones if none.
+        robot: whose defaults count.
+        velocity: of its gait [m/s].
+
+    Raises:
+        ParameterError: a method without parameters to search, an unknown one, or a range that is
+            none or leaves out the default.
+    """
+    usual = {one.name: one for one in usual_parameters(key)}
+    texts = list(asked)
+    if not usual:
+        able = [one.key for one in methods() if usual_parameters(one.key)]
+        raise ParameterError(
+            f"a compiled method with gains ({', '.join(able)})",
+            repr(key),
+            "choose one of these; a slow method takes too long to be tried often",
+        )
+    if not texts:
+        return tuple(usual.values())
+    defaults = default_settings(key, robot, velocity)
+    possible = [*usual, *(name for name in _settable(defaults) if name not in usual)]
+    found = [_parsed(text, usual, possible) for text in texts]
+    names = [one.name for one in found]
+    if len(set(names)) < len(names):
+        raise ParameterError("every --knob once", ", ".join(names), "leave the second one out")
+    for one in found:
+        value = one.read(defaults)
+        if not one.low <= value <= one.high:
+            raise ParameterError(
+                f"a range of `{one.name}` with its default {value:g} in it, where the search "
+                "begins",
+                f"{one.low:g}:{one.high:g}",
+                "widen the range",
+            )
+    return tuple(found)
+
+
+def default_settings(key: str, robot: Robot, velocity: tuple[float, float]) -> dict[str, Any]:
+    """What a method has where nothing is set: some of it follows from the robot and its gait.
+
+    Raises:
+        SurefootError: the method cannot control this robot.
+    """
+    made = with_settings(key, robot, velocity, {})
+    return {name: getattr(made, name) for name in settings(key)}
+
+
+def changed_settings(
+    parameters: Iterable[Parameter], values: Mapping[str, float], defaults: Mapping[str, Any]
+) -> dict[str, float | tuple[float, ...]]:
+    """The settings of a method that differ from its defaults, with parameters at these values."""
+    changed: dict[str, Any] = {}
+    for one in parameters:
+        if values[one.name] == one.read(defaults):
+            continue
+        name, _, component = one.name.partition(".")
+        if component:
+            pair = list(changed.get(name, defaults[name]))
+            pair[COMPONENTS.index(component)] = values[one.name]
+            changed[name] = tuple(pair)
+        else:
+            changed[name] = values[one.name]
+    return changed
+
+
+def rounded(value: float) -> float:
+    """A value with as many digits as one wants to read."""
+    return float(f"{value:.{DIGITS}g}")
+
+
+def _settable(defaults: Mapping[str, Any]) -> list[str]:
+    """The names of everything that is a number, and no part of the question."""
+    names = []
+    for name, value in defaults.items():
+        if name in OF_THE_QUESTION:
+            continue
+        if isinstance(value, tuple) and len(value) == len(COMPONENTS):
+            names += [f"{name}.{component}" for component in COMPONENTS]
+        elif isinstance(value, float):
+            names.append(name)
+    return names
+
+
+def _parsed(text: str, usual: Mapping[str, Parameter], possible: list[str]) -> Parameter:
+    name, given, ends = text.partition("=")
+    if name not in possible:
+        raise ParameterError(
+            f"a knob ({', '.join(possible)})",
+            repr(name),
+            closest(name, possible, "choose one of these"),
+        )
+    if not given:
+        if name in usual:
+            return usual[name]
+        raise ParameterError(
+            f"a range for `{name}`, which has none of its own",
+            repr(text),
+            f"write --knob {name}=LOW:HIGH",
+        )
+    return Parameter(name, *_range(text, ends))
+
+
+def _range(text: str, ends: str) -> tuple[float, float]:
+    try:
+        low, high = (float(end) for end in ends.split(":"))
+    except ValueError:
+        low = high = math.nan
+    if not (math.isfinite(low) and math.isfinite(high) and 0.0 <= low < high):
+        raise ParameterError(
+            "NAME=LOW:HIGH with two numbers, 0 <= LOW < HIGH",
+            repr(text),
+            "write for example --knob dcm_gain=1:30",
+        )
+    return low, high
