@@ -34,7 +34,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from surefoot.dcm.viable_displacement import NODES, viable_displacement
 from surefoot.errors import ParameterError
-from surefoot.record import Record, new_array
+from surefoot.record import Record, Vector2, field, new_array
 from surefoot.robot.robot import Robot
 
 LOST_WEIGHT = 1e8
@@ -106,19 +106,6 @@ SITUATION = np.dtype(
 a and b by axis and side, see above [m]; swing foot, its velocity [m/s], X_ref and d_ref [m];
 tau_ref and the bounds of tau, tau_min >= e^(omega t)."""
 
-DECISION = np.dtype(
-    [
-        ("step", "f8", (2,)),
-        ("tau", "f8"),
-        ("zmp", "f8", (2,)),
-        ("force", "f8", (2,)),
-        ("margin", "f8"),
-        ("share", "f8"),
-        ("active", "i8"),
-        ("iterations", "i8"),
-    ],
-)
-
 
 class Limit(IntFlag):
     """Which limits shaped a decision; several can at once."""
@@ -149,34 +136,27 @@ class Limit(IntFlag):
 
 
 class Decision(Record):
-    """What the unified controller decided in a cycle, and how close it was.
+    """What the unified controller decided in a cycle, and how close it was."""
 
-    Attributes:
-        step: X, the landing relative to the support foot; y towards the swing foot [m].
-        tau: e^(omega T).
-        zmp: relative to the support foot, y as before [m].
-        force: F / (m omega^2), the push as observed, in the world [m].
-        margin: displacement of the DCM that could still be saved, all at once and in the worst
-            direction along the axes; negative if it is too late [m].
-        share: how much of the push that is anticipated can still be saved, at most 1.
-        active: the limits that shaped it, a `Limit`.
-        iterations: how often the problem was evaluated.
-    """
+    step: Vector2 = field(
+        "m", "X, the landing relative to the support foot; y towards the swing foot"
+    )
+    tau: float = field("", "e^(omega T)")
+    zmp: Vector2 = field("m", "relative to the support foot, y as before")
+    force: Vector2 = field("m", "F / (m omega^2), the push as observed, in the world")
+    margin: float = field(
+        "m",
+        "displacement of the DCM that could still be saved, all at once and in the worst direction "
+        "along the axes; negative if it is too late",
+    )
+    share: float = field(
+        "", "how much of the push that is anticipated can still be saved, at most 1"
+    )
+    active: Limit = field("", "the limits that shaped it")
+    iterations: int = field("", "how often the problem was evaluated")
 
-    __slots__ = ()
-    DTYPE = DECISION
-    step: NDArray[np.float64]
-    tau: float
-    zmp: NDArray[np.float64]
-    force: NDArray[np.float64]
-    margin: float
-    share: float
-    iterations: int
 
-    @property
-    def active(self) -> Limit:
-        """The limits that shaped the decision."""
-        return Limit(int(self.array["active"][0]))
+DECISION = Decision.DTYPE
 
 
 def landing_parameters(
