@@ -20,23 +20,21 @@ Install = Callable[..., Path]
 
 @pytest.fixture
 def install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Install]:
-    """Puts a package with robot files on the path, as pip would; its folder of robots."""
+    """Puts a package with robot files on the path, as pip would; its folder."""
 
-    def installed(name: str, *robots: str, package: str | None = None) -> Path:
-        folder = tmp_path / name / "robots"
-        folder.mkdir(parents=True)
-        for home in (folder.parent, folder):
-            (home / "__init__.py").write_text("raise RuntimeError('listing imports nothing')\n")
-        (folder.parent / "__init__.py").write_text("")
-        for robot in robots:
+    def installed(*robots: str) -> Path:
+        folder, about = tmp_path / "their_robots", tmp_path / "their_robots-1.0.dist-info"
+        folder.mkdir()
+        about.mkdir()
+        places_of, lines = ["from pathlib import Path"], ["[surefoot.robots]"]
+        for number, robot in enumerate(robots):
             text = preset_text("paper-biped").replace('"paper-biped"', f'"{robot}"', 1)
             (folder / f"{robot}.toml").write_text(text.replace("mass = 68.0", "mass = 40.0"))
-        about = tmp_path / f"{name}-1.0.dist-info"
-        about.mkdir()
-        (about / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: 1.0\n")
-        (about / "entry_points.txt").write_text(
-            f"[surefoot.robots]\n{name} = {package or f'{name}.robots'}\n"
-        )
+            places_of.append(f"R{number} = Path(__file__).with_name('{robot}.toml')")
+            lines.append(f"{robot} = their_robots:R{number}")
+        (folder / "__init__.py").write_text("\n".join(places_of))
+        (about / "METADATA").write_text("Metadata-Version: 2.1\nName: their-robots\nVersion: 1.0\n")
+        (about / "entry_points.txt").write_text("\n".join(lines))
         places.cache_clear()
         return folder
 
@@ -48,7 +46,7 @@ def install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Install
 
 def test_a_robot_of_a_package_is_loaded_and_listed_by_name(install: Install) -> None:
     shipped = sf.preset_names()
-    install("their_robots", "tall", "small")
+    install("tall", "small")
     assert sf.preset_names() == sorted([*shipped, "tall", "small"])
     robot = sf.load_robot("tall")
     assert (robot.name, robot.mass) == ("tall", 40.0)
@@ -58,7 +56,7 @@ def test_a_robot_of_a_package_is_loaded_and_listed_by_name(install: Install) -> 
 
 
 def test_its_model_lies_beside_its_file(install: Install) -> None:
-    folder = install("their_robots", "tall")
+    folder = install("tall")
     path = folder / "tall.toml"
     path.write_text(path.read_text().replace('model = "paper-biped"', 'model = "tall.xml"'))
     body = sf.load_robot("tall").body
@@ -66,16 +64,14 @@ def test_its_model_lies_beside_its_file(install: Install) -> None:
     assert body.model == str((folder / "tall.xml").resolve())
 
 
-def test_two_robots_of_one_name_are_refused(install: Install) -> None:
-    install("their_robots", "tall", "paper-biped")
-    with pytest.raises(sf.RobotError, match=r"one robot of the name .*their_robots"):
+def test_a_second_robot_of_a_shipped_name_is_refused(install: Install) -> None:
+    install("tall", "paper-biped")
+    with pytest.raises(sf.RobotError, match=r"one robot of the name 'paper-biped'.*their_robots"):
         sf.load_robot("paper-biped")
     assert sf.load_robot("tall").mass == 40.0
 
 
-def test_an_entry_point_without_a_package_is_refused(install: Install) -> None:
-    install("their_robots", "tall", package="nowhere.robots")
-    with pytest.raises(
-        sf.RobotError, match=r"entry point 'their_robots'.*'nowhere.robots'; repair"
-    ):
-        sf.preset_names()
+def test_a_file_that_is_not_there_is_named(install: Install) -> None:
+    (install("tall") / "tall.toml").unlink()
+    with pytest.raises(sf.RobotError, match=r"readable robot file.*tall\.toml"):
+        sf.load_robot("tall")

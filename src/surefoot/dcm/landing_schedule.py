@@ -9,10 +9,9 @@ and across likewise with alternating sides: `dcm.viable_displacement` with the t
 schedule is the times of a few landings and a period for all that follow. Its value is attained, by
 the landings that it consists of.
 
-If it is not known when the push ends, one thing more is demanded: at every instant of the push the
-robot
-must be viable without it. Counted along the push, a landing at l takes l off the offset e of the
-DCM, and right after a landing at L, with the push going on for r more, e has to lie in
+If it is not known when the push ends, there is one demand more: at every instant of the push the
+robot must be viable without it. Counted along the push, a landing at l takes l off the offset e of
+the DCM, and right after a landing at L, with the push going on for r more, e has to lie in
 
     -(lo_k + c) <= e <= hi_k + c,
     hi_k(L) = e^(-omega T) max over l of (l + hi_(k+1)(l)) - f (1 - e^(-omega min(r, T))),

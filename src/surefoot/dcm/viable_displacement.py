@@ -1,7 +1,7 @@
 """The largest discounted displacement that steps of a leg of limited speed can still bring about.
 
-From the DCM e relative to the support foot, e' = omega (e - p), follows what a landing at l after
-a time T is worth now: e^(-omega T) (l + Z(l)), where Z(l) is worth all that comes after it. The
+From the DCM e relative to the support foot, e' = omega (e - p), follows the value of a landing at l
+after a time T: e^(-omega T) (l + Z(l)), where Z(l) is the value of all that comes after it. The
 swing foot then starts |l| behind, at rest, and takes a time t(d) for a way d, so Z depends on the
 step just taken:
 

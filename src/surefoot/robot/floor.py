@@ -103,7 +103,7 @@ def check_height(name: str, height: float) -> None:
 
 
 def check_course(places: NDArray[np.float64]) -> None:
-    """Refuse a course that leaves the boards: the floor beyond is flat, which no walk would show.
+    """Refuse a course that leaves the boards, beyond which the floor is flat.
 
     Args:
         places: on the course, shape (n, 2) [m].

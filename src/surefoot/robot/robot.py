@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import tomllib
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, get_args
 
@@ -12,7 +11,7 @@ import msgspec
 
 from surefoot.checks import closest
 from surefoot.errors import RobotError
-from surefoot.plugins import places
+from surefoot.plugins import load, places
 from surefoot.robot.body import Body
 from surefoot.robot.gait import GaitLimits, Swing, check_positive
 
@@ -23,7 +22,7 @@ PRESETS = Path(__file__).parent / "presets"
 """The files of the robots that Surefoot ships."""
 
 GROUP = "surefoot.robots"
-"""The group of entry points: packages with files of robots."""
+"""The group of entry points of robots."""
 
 
 class Foot(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
@@ -200,38 +199,15 @@ def _times(factor: float, pair: tuple[float, float]) -> tuple[float, float]:
 
 
 def preset_names() -> list[str]:
-    """The robots that Surefoot ships and that installed packages bring, sorted by name.
+    """The robots that Surefoot ships and those that other packages bring, sorted by name.
 
-    A package brings TOML files, named like the robots, in the folder of a package of its own that
-    an entry point of the group `surefoot.robots` names.
-
-    Raises:
-        RobotError: an entry point names no package.
+    A package brings one as an entry point of `surefoot.robots`: the path of its TOML file.
     """
-    return sorted(_preset_files())
+    return sorted({*_shipped(), *places(GROUP)})
 
 
-def _preset_files() -> dict[str, list[Path]]:
-    """The files of all presets by name; those of one name are Surefoot's own first."""
-    files: dict[str, list[Path]] = {}
-    for folder in [PRESETS, *(_folder(*entry) for entry in places(GROUP).items())]:
-        for path in folder.glob("*.toml"):
-            files.setdefault(path.stem, []).append(path)
-    return files
-
-
-def _folder(name: str, package: str) -> Path:
-    try:
-        found = find_spec(package)
-    except ModuleNotFoundError:
-        found = None
-    if found is None or not found.submodule_search_locations:
-        raise RobotError(
-            f"a package with robot files at the entry point {name!r} of {GROUP}",
-            repr(package),
-            "repair or uninstall the distribution that brings it",
-        )
-    return Path(found.submodule_search_locations[0])
+def _shipped() -> dict[str, Path]:
+    return {path.stem: path for path in PRESETS.glob("*.toml")}
 
 
 def load_robot(name_or_path: str | Path) -> Robot:
@@ -263,21 +239,20 @@ def preset_text(name: str) -> str:
 
 
 def _preset_file(name: str) -> Path:
-    files = _preset_files()
-    if name not in files:
+    shipped, brought = _shipped().get(name), places(GROUP).get(name)
+    if shipped is None and brought is None:
         raise RobotError(
-            f"a preset ({', '.join(sorted(files))}) or a path ending in .toml",
+            f"a preset ({', '.join(preset_names())}) or a path ending in .toml",
             repr(name),
             "run `surefoot robots` to see the presets",
         )
-    first, *others = files[name]
-    if others:
+    if shipped is not None and brought is not None:
         raise RobotError(
             f"one robot of the name {name!r}",
-            " and ".join(map(str, files[name])),
-            "uninstall a package, or name the robot by the path of its file",
+            f"{shipped} and the entry point {brought}",
+            "uninstall the package, or name the robot by the path of its file",
         )
-    return first
+    return shipped or Path(load(brought or ""))
 
 
 def _read_text(path: Path) -> str:

@@ -14,8 +14,6 @@ from surefoot.dcm.pushes import Push, acting_force
 from surefoot.errors import ParameterError
 from surefoot.interface import Controller
 from surefoot.robot.floor import TIME_STEP, check_course
-from surefoot.robot.multibody import Multibody
-from surefoot.robot.robot import Robot
 from surefoot.rollout.rollout import Rollout
 from surefoot.rollout.snapshot import Snapshot
 from surefoot.rollout.trace import TRUTH, WALKING
