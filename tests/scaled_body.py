@@ -14,10 +14,9 @@ from pathlib import Path
 import msgspec
 
 import surefoot as sf
-from surefoot.robot.gait import GaitLimits
+from surefoot.robot.gait import GaitLimits, Swing
 from surefoot.robot.paper_biped import paper_biped_mjcf
 from surefoot.robot.robot import Foot
-from surefoot.robot.swing import Swing
 
 
 @dataclass(frozen=True)

@@ -14,13 +14,15 @@ from surefoot.dcm.frame_turn import rotated
 from surefoot.record import new_array
 from surefoot.robot.multibody import Multibody
 from surefoot.worlds.body.controller import BodyControl
-from surefoot.worlds.body.course import Course, Hold, Pull, Steering
+from surefoot.worlds.body.course import Course, CourseController
+from surefoot.worlds.body.course import VelocityCorrection as Correction
 from surefoot.worlds.body.inverse_dynamics import InverseDynamics
 from surefoot.worlds.body.plant import BodyPlant
 from surefoot.worlds.body.step import BODY_LIMITS, BODY_WALK, STAND, WALK, keep_apart
+from surefoot.worlds.steering import Steering
 
-HOLD = Hold(0.5, 0.15, 0.03)
-"""Of `BodyControl`, unless it is told."""
+COURSE = CourseController(0.5, 0.15, 0.03)
+"""Of `BodyControl` by default."""
 
 
 @pytest.fixture(scope="module")
@@ -162,84 +164,87 @@ def test_a_course_waits_and_pulls() -> None:
     # Ahead in the world is to the right of a robot that heads to the left.
     error = course.error((0.0, 0.0), course.heading)
     assert error == pytest.approx((0.0, -1.0))
-    still = replace(HOLD, most=1.0, most_change=10.0)
-    assert still.pull(Pull(), error, 0.4, 0.0).back == pytest.approx((0.0, -0.5))
-    assert replace(still, most=0.1).pull(Pull(), error, 0.4, 0.0).correction[1] == -0.1
+    still = replace(COURSE, max_total=1.0, max_change=10.0)
+    assert still.correction(Correction(), error, 0.4, 0.0).back == pytest.approx((0.0, -0.5))
+    assert replace(still, max_total=0.1).correction(Correction(), error, 0.4, 0.0).total[1] == -0.1
 
 
 def held(
     off: tuple[float, float], own: tuple[float, float], turning: float, seconds: float
-) -> tuple[np.ndarray, Pull]:
+) -> tuple[np.ndarray, Correction]:
     """Distances from the course after each step of a robot that goes where it is told, and by
-    itself at `own` in its heading; it begins `off` its course. The last pull too."""
-    step, steering, pull = 0.35, Steering((0.3, 0.0), turning), Pull()
+    itself at `own` in its heading; it begins `off` its course. The last correction too."""
+    step, steering, correction = 0.35, Steering((0.3, 0.0), turning), Correction()
     place, course, distances = off, Course((0.0, 0.0), 1.0, 0.0), []
     for n in range(1, round(seconds / step)):
         # It is told in the heading that the step ends with, as by `BodyControl`.
         heading = course.heading + turning * step
-        told = (0.3 + pull.correction[0] + own[0], pull.correction[1] + own[1])
+        told = (0.3 + correction.total[0] + own[0], correction.total[1] + own[1])
         x, y = rotated(told, heading - 0.5 * turning * step)
         place = (place[0] + x * step, place[1] + y * step)
         course = course.moved(steering, n * step).waiting_for(place, 0.3)
         error = course.error(place, course.heading + turning * step)
-        pull = HOLD.pull(pull, error, step, turning)
+        correction = COURSE.correction(correction, error, step, turning)
         distances.append(math.hypot(*error))
-    return np.array(distances), pull
+    return np.array(distances), correction
 
 
 @pytest.mark.parametrize("turning", [0.0, 0.2, -1.5])
 def test_a_course_learns_what_takes_the_robot_off_it(turning: float) -> None:
     """Unless it turns: then it is as far off as without learning."""
-    distances, pull = held((0.0, 0.0), (-0.02, 0.04), turning, 60.0)
-    assert distances.max() < math.hypot(0.02, 0.04) / HOLD.rate
+    distances, correction = held((0.0, 0.0), (-0.02, 0.04), turning, 60.0)
+    assert distances.max() < math.hypot(0.02, 0.04) / COURSE.rate
     if turning == 0.0:
         assert distances[-1] < 2e-3
-        assert pull.drift == pytest.approx((0.02, -0.04), abs=2e-3)
+        assert correction.drift == pytest.approx((0.02, -0.04), abs=2e-3)
     else:
-        assert pull.drift == (0.0, 0.0)
+        assert correction.drift == (0.0, 0.0)
 
 
 @pytest.mark.parametrize("turning", [0.0, 0.5, 1.5, -1.5])
 @pytest.mark.parametrize("off", [(0.28, 0.0), (0.0, -0.2), (-0.15, 0.15)])
 def test_what_a_push_took_is_made_up_for(off: tuple[float, float], turning: float) -> None:
-    distances, pull = held(off, (0.0, 0.0), turning, 25.0)
+    distances, correction = held(off, (0.0, 0.0), turning, 25.0)
     assert distances[-1] < 0.01
     # Once it is back it stays: little of the way back is taken for a drift.
     back = int(np.argmax(distances < 0.02))
     assert 0 < back < 30
     assert distances[back:].max() < 0.14 * math.hypot(*off)
-    assert math.hypot(*pull.drift) < 0.01
+    assert math.hypot(*correction.drift) < 0.01
 
 
 def test_the_way_back_begins_slowly() -> None:
-    start = Pull((0.01, -0.02), (0.0, 0.0))
-    after = HOLD.pull(start, (0.3, -0.3), 0.4, 0.0)
+    start = Correction((0.01, -0.02), (0.0, 0.0))
+    after = COURSE.correction(start, (0.3, -0.3), 0.4, 0.0)
     assert after.drift == start.drift
     assert after.back == pytest.approx((0.4 * 0.03, -0.4 * 0.03))
     for _ in range(20):
-        after = HOLD.pull(after, (0.4, -0.4), 0.4, 0.0)
+        after = COURSE.correction(after, (0.4, -0.4), 0.4, 0.0)
     assert after.drift == start.drift
-    assert after.correction == pytest.approx((HOLD.most, -HOLD.most))
+    assert after.total == pytest.approx((COURSE.max_total, -COURSE.max_total))
 
 
 def test_what_could_not_be_told_teaches_nothing(multibody: Multibody) -> None:
     """At the edge of what can be walked: a part of the correction, of which the next one knows."""
     control = control_of(multibody, (0.3, 0.0))
-    before, wish = Pull((0.01, 0.02), (0.0, 0.0)), Pull((0.02, 0.05), (0.0, 0.1))
+    before, wish = (
+        Correction((0.01, 0.02), (0.0, 0.0)),
+        Correction((0.02, 0.05), (0.0, 0.1)),
+    )
     for vy, part in ((0.0, 1.0), (0.16, 0.5), (0.2, 0.25), (0.25, 0.0)):
         steering = Steering((0.0, vy))
-        controller, pull = control._towards(control.controller, before, wish, steering)
-        assert pull.correction == pytest.approx((part * 0.02, part * 0.15), abs=1e-12)
+        controller, correction = control._towards(control.controller, before, wish, steering)
+        assert correction.total == pytest.approx((part * 0.02, part * 0.15), abs=1e-12)
         assert controller.gait.velocity == pytest.approx((part * 0.02, vy + part * 0.15))
-        assert pull.drift == (wish.drift if part == 1.0 else before.drift)
+        assert correction.drift == (wish.drift if part == 1.0 else before.drift)
 
 
 def test_a_hold_is_the_same_to_both_sides() -> None:
     rng = np.random.default_rng(0)
     for row in rng.normal(size=(50, 6)) * (0.1, 0.1, 0.1, 0.1, 0.3, 0.3):
         drift, back, error = row[:2], row[2:4], row[4:]
-        there = HOLD.pull(Pull(tuple(drift), tuple(back)), tuple(error), 0.3, 0.0)
-        here = HOLD.pull(Pull(tuple(-drift), tuple(-back)), tuple(-error), 0.3, 0.0)
+        there = COURSE.correction(Correction(tuple(drift), tuple(back)), tuple(error), 0.3, 0.0)
+        here = COURSE.correction(Correction(tuple(-drift), tuple(-back)), tuple(-error), 0.3, 0.0)
         assert here.drift == tuple(-x for x in there.drift)
         assert here.back == tuple(-x for x in there.back)
 

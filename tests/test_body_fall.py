@@ -12,7 +12,7 @@ import pytest
 
 import surefoot as sf
 from surefoot.rollout.fall import QUIET, find_fall
-from surefoot.rollout.fall_signs import furthest, sole_edge
+from surefoot.rollout.fall_signs import max_dcm, sole_edge
 
 CYCLES = 2700
 
@@ -179,7 +179,7 @@ def test_the_furthest_dcm_is_that_which_some_landing_catches(
     lands_at = edge + (dcm[:, None] - edge) * np.exp(3.5 * times)
     saved = dcm[(lands_at <= most + 1e-12).any(axis=1)].max()
     parts = (np.exp(-3.5 * np.array([soon])), np.exp(-3.5 * np.array([late])))
-    assert furthest(np.array([most]), np.array([edge]), parts) == pytest.approx(saved, abs=2.1e-4)
+    assert max_dcm(np.array([most]), np.array([edge]), parts) == pytest.approx(saved, abs=2.1e-4)
 
 
 def test_the_zmp_may_go_to_the_edge_of_the_real_sole(walk: sf.Rollout) -> None:

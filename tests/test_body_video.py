@@ -16,11 +16,12 @@ from PIL import Image
 
 import surefoot as sf
 from surefoot.show import palette
-from surefoot.show.body_figure import body_figure
-from surefoot.show.body_time_plots import NAMES, motors_of
-from surefoot.show.body_top_view import standing_places
-from surefoot.show.body_video import GIF_SIZE, RATE, SIZE, STILL, Film
+from surefoot.show.film import GIF_SIZE, RATE, SIZE, STILL, Film
+from surefoot.show.footprints import standing_places
 from surefoot.show.ground import metres_per_inch
+from surefoot.show.joint_plots import motors_of
+from surefoot.show.time_plots import panels
+from surefoot.show.walk_figure import walk_figure
 
 PUSH = sf.Push(1.2, 0.1, (200.0, 0.0))
 
@@ -184,9 +185,9 @@ def test_without_opengl_the_remedy_is_told(tmp_path: Path) -> None:
 
 def test_the_page_shows_every_part(walk: sf.Rollout) -> None:
     assert walk.body is not None
-    figure = body_figure(walk, walk.body)
+    figure = walk_figure(walk)
     axes = {str(ax.get_gid()): ax for ax in figure.axes}
-    assert set(NAMES) <= set(axes)
+    assert {panel.name for panel in panels(walk)} <= set(axes)
     drawn = {str(line.get_gid()) for ax in figure.axes for line in ax.lines}
     for axis in "xy":
         for name in ("zmp", "zmp-plan", "dcm", "dcm-plan", "com", "com-plan"):
@@ -215,7 +216,7 @@ def test_soles_are_drawn_where_they_stood(walk: sf.Rollout) -> None:
 def test_a_fall_is_named_on_the_page(fallen: sf.Rollout) -> None:
     assert fallen.body is not None
     assert fallen.body_fall is not None
-    figure = body_figure(fallen, fallen.body)
+    figure = walk_figure(fallen)
     texts = [text.get_text() for text in figure.texts]
     assert any(fallen.body_fall.cause.value in text for text in texts)
     assert any(text.startswith("fell: ") for text in texts)
@@ -227,7 +228,7 @@ def test_a_fall_to_the_side_does_not_shrink_the_page(body_control: sf.BodyContro
     assert rollout.fallen
     assert rollout.body is not None
     assert rollout.dcm[-1, 1] > 1.0
-    figure = body_figure(rollout, rollout.body)
+    figure = walk_figure(rollout)
     top = next(ax for ax in figure.axes if ax.get_xlabel() == "x [m]")
     low, high = top.get_ylim()
     assert metres_per_inch(top) == pytest.approx(0.25, rel=0.2)

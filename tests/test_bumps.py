@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 import surefoot as sf
-from surefoot.robot.bumps import (
-    MOST_HEIGHT,
+from surefoot.robot.floor import (
+    MAX_HEIGHT,
     REGION,
     START,
     FloorHeight,
@@ -21,7 +21,7 @@ from surefoot.robot.bumps import (
     laid_boards,
     scattered_boards,
 )
-from surefoot.show.body_figure import body_figure
+from surefoot.show.walk_figure import walk_figure
 from surefoot.worlds.body.plant import STANDS, TOUCHED, BodyPlant
 from surefoot.worlds.body.step import SOON_DOWN
 from surefoot.worlds.steering import course_of
@@ -80,8 +80,8 @@ def test_numbers_and_boards_are_the_same() -> None:
 
 def test_the_highest_board_is_the_highest_that_a_landing_is_believed_on() -> None:
     robot = sf.walking_robot(sf.load_multibody(sf.load_robot("paper-biped")))
-    assert pytest.approx(SOON_DOWN * robot.swing.height) == MOST_HEIGHT
-    assert sf.Surroundings(bumps=MOST_HEIGHT).boards["height"].max() <= MOST_HEIGHT
+    assert pytest.approx(SOON_DOWN * robot.swing.height) == MAX_HEIGHT
+    assert sf.Surroundings(bumps=MAX_HEIGHT).boards["height"].max() <= MAX_HEIGHT
 
 
 @pytest.mark.parametrize(
@@ -186,7 +186,7 @@ def test_a_recording_keeps_the_boards(rough: sf.Rollout, tmp_path: Path) -> None
 
 def test_the_picture_shows_the_boards(rough: sf.Rollout) -> None:
     assert rough.body is not None
-    figure = body_figure(rough, rough.body)
+    figure = walk_figure(rough)
     top = next(ax for ax in figure.axes if ax.get_xlabel() == "x [m]")
     drawn = [patch for patch in top.patches if str(patch.get_gid()).startswith("board-")]
     assert 0 < len(drawn) < len(ROUGH.boards)

@@ -14,7 +14,8 @@ from click.testing import CliRunner, Result
 
 import surefoot as sf
 from surefoot.cli import main
-from surefoot.worlds.body import simulate as body_simulate
+from surefoot.show.words import title
+from surefoot.worlds.body import world as body_world
 
 PHYSICS = ("walk", "--simulator", "mujoco")
 
@@ -34,7 +35,7 @@ def test_it_tells_what_happened() -> None:
     assert result.exit_code == 0
     words = " ".join(result.output.split())
     assert "paper-biped (68 kg) in physics with UnifiedController" in words
-    assert "told an estimate from its sensors" in words
+    assert "given an estimate from its sensors" in words
     assert "from 0 s: walk at (0.3, 0) m/s" in words
     for name in ("steps", "knees", "clearance", "largest torques", "estimate off by"):
         assert name in words
@@ -94,6 +95,7 @@ def test_commands_change_on_the_way(tmp_path: Path) -> None:
     )
     assert rollout.body.believed.swing.max_speed == 3.5
     assert not rollout.body.walking[-1]
+    assert title(rollout)[0] == "paper-biped, 2 commanded velocities, then stand"
 
 
 def test_another_method_and_a_picture(tmp_path: Path) -> None:
@@ -204,7 +206,7 @@ def test_a_missing_extra_is_named(
 
 def test_a_body_that_gets_nowhere_has_not_walked(monkeypatch: pytest.MonkeyPatch) -> None:
     """Its steps end on the noise of soles whose filter is told of less."""
-    usual = body_simulate.simulate_body
+    usual = body_world.simulate_body
 
     def on_noise(control: sf.BodyControl, duration: float, *rest: Any, **others: Any) -> sf.Rollout:
         mechanism = control.multibody
@@ -212,7 +214,7 @@ def test_a_body_that_gets_nowhere_has_not_walked(monkeypatch: pytest.MonkeyPatch
         others["estimator"] = sf.BodyEstimator(mechanism)
         return usual(control, duration, *rest, **others)
 
-    monkeypatch.setattr(body_simulate, "simulate_body", on_noise)
+    monkeypatch.setattr(body_world, "simulate_body", on_noise)
     result = run(*PHYSICS, "--duration", "7")
     assert result.exit_code == 1
     words = " ".join(result.output.split())

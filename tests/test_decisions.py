@@ -12,8 +12,8 @@ from msgspec import structs
 
 import surefoot as sf
 from surefoot.cli import main
-from surefoot.show.decision_figure import DecidedWalk, decision_figure, draw_decisions
-from surefoot.show.decision_words import LIMIT_WORDS, closest_call, margin_sentence
+from surefoot.show.decisions import DecidedWalk, decision_figure, draw_decisions
+from surefoot.show.words import LIMIT_WORDS, closest_call, margin_sentence
 
 
 @pytest.fixture(scope="module")

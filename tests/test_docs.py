@@ -109,7 +109,7 @@ def test_sphinx_builds_without_a_warning(tmp_path: Path) -> None:
 
 
 def test_every_cited_key_is_in_the_bibliography() -> None:
-    known = set(re.findall(r"^@\w+\{(\w+),", (DOCS / "references.bib").read_text("utf-8"), re.M))
+    known = set(re.findall(r"^@\w+\{(\w+),", (SOURCE / "references.bib").read_text("utf-8"), re.M))
     texts = [*SOURCE.rglob("*.py"), *DOCS.glob("*.md"), *ROOT.glob("*.md")]
     cited = {
         (key, str(path.relative_to(ROOT)))

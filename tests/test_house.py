@@ -242,3 +242,31 @@ def test_help_loads_next_to_nothing() -> None:
     loaded = modules_after("from surefoot.cli import main\nmain(['--help'], standalone_mode=False)")
     assert not loaded & {"numpy", "numba", "msgspec", "matplotlib", "rich"}
     assert "click" in loaded
+
+
+OF_A_POINT_MASS = (
+    "from click.testing import CliRunner\n"
+    "from surefoot.cli import main\n"
+    "from surefoot.control.unified.controller import UnifiedController\n"
+    "step, decided = UnifiedController.step, []\n"
+    "UnifiedController.step = lambda *given: decided.append(1) or step(*given)\n"
+    "done = CliRunner().invoke(main, ['walk', '--duration', '0.2', '--json'])\n"
+    "assert done.exit_code == 0, done.output\n"
+    "assert '\"margin\"' in done.stdout\n"
+)
+
+
+def test_a_walk_of_a_point_mass_loads_nothing_of_bodies_and_decides_once() -> None:
+    printed = "import json, sys; print(json.dumps([len(decided), sorted(sys.modules)]))"
+    code = OF_A_POINT_MASS + printed
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    decided, loaded = json.loads(done.stdout)
+    # 200 cycles, and the instant at their end.
+    assert decided == 201
+    own = {name.removeprefix("surefoot.") for name in loaded if name.startswith("surefoot.")}
+    assert not [name for name in own if name.startswith("worlds.body")]
+    of_bodies = {"trace", "fall", "fall_signs", "measures", "mcap_log", "ros_messages"}
+    assert not own & {f"rollout.{name}" for name in of_bodies}
+    assert not own & {"robot.multibody", "robot.legs", "robot.bumps"}
+    assert not {name.split(".")[0] for name in loaded} & (OPTIONAL - {"click", "rich"})
+    assert len(own) < 100

@@ -13,8 +13,8 @@ import pytest
 
 import surefoot as sf
 from surefoot.cli.live import make_walk
+from surefoot.live.replay import scenes_of
 from surefoot.live.run import REMEMBERED, SAMPLING, Choice, LiveRun
-from surefoot.live.scenes import scenes_of
 from surefoot.worlds.walk import Walk
 
 FORWARD, LEFT = 0.0, 0.5 * math.pi

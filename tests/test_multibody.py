@@ -11,9 +11,9 @@ import pytest
 
 import surefoot as sf
 from small_biped import small_urdf, tetrahedron, write_small_biped
+from surefoot.robot.legs import NominalPose, measure_pose, one_foot_torque
 from surefoot.robot.model_file import DATA_PACKAGES, missing_packages
 from surefoot.robot.multibody import Multibody, load_multibody
-from surefoot.robot.nominal_pose import NominalPose, measure_pose, one_foot_torque
 from surefoot.robot.paper_biped import paper_biped_mjcf
 from surefoot.robot.robot import Robot, parse_robot, preset_text
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import subprocess
 import sys
 import zipfile
@@ -13,6 +14,7 @@ import polars
 import pytest
 
 import surefoot as sf
+from surefoot.robot.robot import preset_text
 
 SOURCE = Path(sf.__file__).parents[1]
 OWN = Path(__file__).parent / "own_method.py"
@@ -20,9 +22,16 @@ WHEEL = "leaning_robots-1.0-py3-none-any.whl"
 INFO = {
     "METADATA": "Metadata-Version: 2.1\nName: leaning-robots\nVersion: 1.0\n",
     "WHEEL": "Wheel-Version: 1.0\nRoot-Is-Purelib: true\nTag: py3-none-any\n",
-    "entry_points.txt": "[surefoot.methods]\nleaning = leaning_robots.control:Leaning\n",
+    "entry_points.txt": "[surefoot.methods]\nleaning = leaning_robots.control:Leaning\n"
+    "[surefoot.robots]\ntall = leaning_robots.robots:TALL\n"
+    "[surefoot.commands]\nlean = leaning_robots.command:lean\n",
 }
 FILES = ("leaning_robots/__init__.py", "leaning_robots/control.py")
+OTHERS = {
+    "robots.py": "from pathlib import Path\nTALL = Path(__file__).with_name('tall.toml')\n",
+    "tall.toml": preset_text("paper-biped").split("[body]")[0].replace("paper-biped", "tall"),
+    "command.py": "import click\n@click.command()\ndef lean():\n    'Lean.'\n    print('leans')\n",
+}
 
 LIVE = """
 import json
@@ -45,6 +54,8 @@ def installed(tmp_path_factory: pytest.TempPathFactory) -> Path:
     with zipfile.ZipFile(folder / WHEEL, "w") as wheel:
         wheel.writestr(FILES[0], "")
         wheel.writestr(FILES[1], OWN.read_text("utf-8"))
+        for name, text in OTHERS.items():
+            wheel.writestr(f"leaning_robots/{name}", text)
         for name, text in INFO.items():
             wheel.writestr(f"leaning_robots-1.0.dist-info/{name}", text)
         wheel.writestr("leaning_robots-1.0.dist-info/RECORD", "")
@@ -115,6 +126,15 @@ def test_it_is_put_through_the_conformance_suite(installed: Path, tmp_path: Path
     suite = ("-m", "pytest", "-q", "-p", "no:cacheprovider", "--rootdir", str(tmp_path))
     told = python(installed, *suite, "--pyargs", "surefoot.conformance", SUREFOOT_METHODS="leaning")
     assert told.count(".") > 30
+
+
+def test_its_robot_walks_and_its_command_runs(installed: Path) -> None:
+    told = json.loads(surefoot(installed, "walk", "--robot", "tall", "--duration", "2", "--json"))
+    assert told["outcome"] == "walked"
+    assert told["robot"] == "tall"
+    assert "tall" in surefoot(installed, "robots")
+    assert surefoot(installed, "lean") == "leans\n"
+    assert re.search(r"\n  lean +Lean\.\n", surefoot(installed, "--help"))
 
 
 def test_its_kernels_are_compiled_anew_when_its_package_changes(installed: Path) -> None:

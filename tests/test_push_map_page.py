@@ -75,14 +75,14 @@ def arranged(rows: list[dict[str, Any]], **pushes: Any) -> MapNumbers:
 
 
 @pytest.fixture(scope="module")
-def cube() -> MapNumbers:
+def numbers() -> MapNumbers:
     return arranged(made_up_rows())
 
 
 @pytest.fixture(scope="module")
-def path(cube: MapNumbers, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def path(numbers: MapNumbers, tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("page")
-    assert [one.name for one in report(cube).write(folder)] == FILES
+    assert [one.name for one in report(numbers).write(folder)] == FILES
     return folder / "push-map.html"
 
 
@@ -105,18 +105,18 @@ def page(browser: Browser) -> Iterator[Page]:
     assert wrong == []
 
 
-def test_rows_are_arranged_by_phase_and_direction(cube: MapNumbers) -> None:
+def test_rows_are_arranged_by_phase_and_direction(numbers: MapNumbers) -> None:
     rows = made_up_rows()
-    assert cube.walks == sum(len(row["impulses"]) for row in rows)
+    assert numbers.walks == sum(len(row["impulses"]) for row in rows)
     for row in rows:
-        place = list(cube.phases).index(row["phase"]), list(cube.angles).index(row["angle"])
-        assert cube.share[place] == row["survived"] / row["limit"]
-        numbers = [round(j / 2.0) for j in row["impulses"]]
-        assert cube.fate[place][numbers].tolist() == row["fate"]
-        assert (cube.fate[place] >= 0).sum() == len(numbers)
-    assert cube.everywhere == 4.0 * math.floor(cube.survived.min() / 4.0)
-    steps = cube.at(cube.recovery_steps, 60.0)
-    assert np.array_equal(np.isnan(steps), cube.impulse <= 60.0)
+        place = list(numbers.phases).index(row["phase"]), list(numbers.angles).index(row["angle"])
+        assert numbers.share[place] == row["survived"] / row["limit"]
+        places = [round(j / 2.0) for j in row["impulses"]]
+        assert numbers.fate[place][places].tolist() == row["fate"]
+        assert (numbers.fate[place] >= 0).sum() == len(places)
+    assert numbers.everywhere == 4.0 * math.floor(numbers.survived.min() / 4.0)
+    steps = numbers.at(numbers.recovery_steps, 60.0)
+    assert np.array_equal(np.isnan(steps), numbers.impulse <= 60.0)
 
 
 def test_half_a_map_is_refused() -> None:
@@ -126,13 +126,13 @@ def test_half_a_map_is_refused() -> None:
         arranged([])
 
 
-def test_words_say_what_the_numbers_are(cube: MapNumbers) -> None:
-    found = summary(cube)
+def test_words_say_what_the_numbers_are(numbers: MapNumbers) -> None:
+    found = summary(numbers)
     assert found["cells"] == 32
     assert found["cells_with_holes"] == 1
-    assert found["fraction_worst"] == pytest.approx(float(cube.share.min()))
-    assert "In 1 of 32 cells" in finding(cube)
-    assert "narrower than 4 N s, may have been missed" in " ".join(protocol(cube.study))
+    assert found["fraction_worst"] == pytest.approx(float(numbers.share.min()))
+    assert "In 1 of 32 cells" in finding(numbers)
+    assert "narrower than 4 N s, may have been missed" in " ".join(protocol(numbers.study))
     full = arranged(made_up_rows(), coarse=2.0)
     assert "Every impulse was walked" in " ".join(protocol(full.study))
     assert "missed" not in " ".join(protocol(full.study))
@@ -147,8 +147,8 @@ def test_the_page_needs_nothing_else(path: Path) -> None:
     assert "&lt;b&gt;guess" in text
 
 
-def test_what_is_packed_is_what_was_measured(cube: MapNumbers) -> None:
-    data = page_data(cube)
+def test_what_is_packed_is_what_was_measured(numbers: MapNumbers) -> None:
+    data = page_data(numbers)
     count, gap, code, margin = (
         np.frombuffer(base64.b64decode(data[name]), kind)
         for name, kind in (("count", "<u2"), ("gap", "u1"), ("code", "u1"), ("margin", "<i2"))
@@ -163,24 +163,24 @@ def test_what_is_packed_is_what_was_measured(cube: MapNumbers) -> None:
         assert 1e-4 * margin[own] == pytest.approx(row["margin"], abs=6e-5)
 
 
-def test_the_page_is_small(cube: MapNumbers) -> None:
+def test_the_page_is_small(numbers: MapNumbers) -> None:
     """A map of every impulse on the usual grid stays below 3 MB."""
-    whole = len(report(cube).html())
-    walks = sum(len(page_data(cube)[name]) for name in ("gap", "code", "margin")) / cube.walks
+    whole = len(report(numbers).html())
+    walks = sum(len(page_data(numbers)[name]) for name in ("gap", "code", "margin")) / numbers.walks
     assert whole + 250_000 * walks < 3e6
 
 
-def test_the_page_is_written_the_same_every_time(cube: MapNumbers, path: Path) -> None:
-    assert report(cube).html() == path.read_text()
+def test_the_page_is_written_the_same_every_time(numbers: MapNumbers, path: Path) -> None:
+    assert report(numbers).html() == path.read_text()
 
 
 def test_a_reader_without_scripts_sees_the_axes_at_every_phase(
-    cube: MapNumbers, path: Path
+    numbers: MapNumbers, path: Path
 ) -> None:
     for text in (path.read_text(), path.with_suffix(".md").read_text()):
         for row in range(4):
             for way in range(0, 8, 2):
-                assert f"{cube.survived[row, way]:g} of {cube.limit[row, way]:.1f}" in text
+                assert f"{numbers.survived[row, way]:g} of {numbers.limit[row, way]:.1f}" in text
 
 
 def test_every_id_that_the_script_asks_for_is_there_once(path: Path) -> None:
@@ -193,17 +193,17 @@ def test_every_id_that_the_script_asks_for_is_there_once(path: Path) -> None:
 
 
 @needs_browser
-def test_a_cell_is_told_in_words(path: Path, page: Page, cube: MapNumbers) -> None:
+def test_a_cell_is_told_in_words(path: Path, page: Page, numbers: MapNumbers) -> None:
     page.goto(f"{path.as_uri()}#show=share&phase=0.25&angle=180&impulse=40")
     said = page.locator("#said")
     expect(said).to_contain_text("Pushed back (180°) at 0.25 of the step")
-    expect(said).to_contain_text(f"survives {cube.survived[1, 4]:g}\u00a0N\u00a0s")
-    expect(said).to_contain_text(f"falls at {cube.impulse[1, 4]:g}\u00a0N\u00a0s")
-    expect(said).to_contain_text(f"which makes {100.0 * cube.share[1, 4]:.0f} %")
-    margin, steps = 100.0 * cube.margin[1, 4, 20], cube.recovery_steps[1, 4, 20]
+    expect(said).to_contain_text(f"survives {numbers.survived[1, 4]:g}\u00a0N\u00a0s")
+    expect(said).to_contain_text(f"falls at {numbers.impulse[1, 4]:g}\u00a0N\u00a0s")
+    expect(said).to_contain_text(f"which makes {100.0 * numbers.share[1, 4]:.0f} %")
+    margin, steps = 100.0 * numbers.margin[1, 4, 20], numbers.recovery_steps[1, 4, 20]
     expect(said).to_contain_text(f"within {steps} steps, with a margin of {margin:g} cm")
-    assert page.locator("#map rect.cell").count() == cube.share.size
-    assert page.locator("#scan rect.fate").count() == (cube.fate[1, 4] >= 0).sum()
+    assert page.locator("#map rect.cell").count() == numbers.share.size
+    assert page.locator("#scan rect.fate").count() == (numbers.fate[1, 4] >= 0).sum()
     assert page.locator("#map path.hole:not(.halo)").count() == 1
 
 
@@ -232,31 +232,31 @@ def test_keys_sliders_and_clicks_choose_the_same_cell(path: Path, page: Page) ->
 
 
 @needs_browser
-def test_colours_follow_the_impulse(path: Path, page: Page, cube: MapNumbers) -> None:
+def test_colours_follow_the_impulse(path: Path, page: Page, numbers: MapNumbers) -> None:
     page.goto(f"{path.as_uri()}#show=steps&phase=0&angle=0&impulse=60")
     lost = page.locator("#map rect.cell.lost").count()
-    assert lost == np.isnan(cube.at(cube.recovery_steps, 60.0)).sum()
+    assert lost == np.isnan(numbers.at(numbers.recovery_steps, 60.0)).sum()
     page.locator("#impulse").press("End")
-    assert page.locator("#map rect.cell.beyond").count() == (cube.limit < 128.0).sum()
+    assert page.locator("#map rect.cell.beyond").count() == (numbers.limit < 128.0).sum()
     page.locator("#impulse").press("Home")
     assert page.locator("#map rect.cell.lost, #map rect.cell.beyond").count() == 0
     page.locator("input[value=margin]").check(force=True)
     expect(page.locator("#map-caption")).to_contain_text("Margin under 0\u00a0N\u00a0s [cm]")
     page.locator("input[value=survived]").check(force=True)
     fills = [rect.get_attribute("fill") for rect in page.locator("#map rect.cell").all()]
-    most = int(np.argmax(cube.survived))
+    most = int(np.argmax(numbers.survived))
     assert fills[most] == "rgb(253,231,37)"
 
 
 @needs_browser
 def test_the_polar_map_is_drawn_from_above_to_scale(
-    path: Path, page: Page, cube: MapNumbers
+    path: Path, page: Page, numbers: MapNumbers
 ) -> None:
     page.goto(f"{path.as_uri()}#phase=0.5&angle=90&impulse=8")
     outline = page.locator("#polar path.survived").get_attribute("d") or ""
     points = [tuple(map(float, pair.split(","))) for pair in re.split("[MLZ]", outline) if pair]
-    highest = max(float(cube.limit.max()), 2.0 * (cube.fate.shape[2] - 1))
-    for angle, survived, (x, y) in zip(cube.angles, cube.survived[2], points, strict=True):
+    highest = max(float(numbers.limit.max()), 2.0 * (numbers.fate.shape[2] - 1))
+    for angle, survived, (x, y) in zip(numbers.angles, numbers.survived[2], points, strict=True):
         turn, radius = math.radians(angle), 200.0 * survived / highest
         at = (-radius * math.sin(turn), -radius * math.cos(turn))
         assert (x, y) == pytest.approx(at, abs=0.06)
@@ -280,30 +280,30 @@ def drawn(figure: Figure, name: str) -> Any:
     return found
 
 
-def test_heat_maps_show_the_numbers(cube: MapNumbers) -> None:
-    figure = heat_figure(cube)
+def test_heat_maps_show_the_numbers(numbers: MapNumbers) -> None:
+    figure = heat_figure(numbers)
     for key, values in (
-        ("survived", cube.survived), ("share", 100.0 * cube.share),
-        ("steps", cube.at(cube.recovery_steps, cube.everywhere)),
-        ("margin", 100.0 * cube.at(cube.margin, cube.everywhere)),
+        ("survived", numbers.survived), ("share", 100.0 * numbers.share),
+        ("steps", numbers.at(numbers.recovery_steps, numbers.everywhere)),
+        ("margin", 100.0 * numbers.at(numbers.margin, numbers.everywhere)),
     ):  # fmt: skip
         assert np.allclose(drawn(figure, f"heat-{key}").get_array(), values)
         assert drawn(figure, f"holes-{key}").get_xydata().tolist() == [[90.0, 0.5]]
     assert "[N s]" in figure.axes[0].get_title(loc="left")
 
 
-def test_polar_maps_show_the_limit_around(cube: MapNumbers) -> None:
-    figure = polar_figure(cube)
-    for row, phase in enumerate(cube.phases):
-        for name, values in (("limit", cube.limit), ("survived", cube.survived)):
+def test_polar_maps_show_the_limit_around(numbers: MapNumbers) -> None:
+    figure = polar_figure(numbers)
+    for row, phase in enumerate(numbers.phases):
+        for name, values in (("limit", numbers.limit), ("survived", numbers.survived)):
             line = drawn(figure, f"{name}-{phase:g}")
             assert np.allclose(line.get_ydata()[:-1], values[row])
-            assert np.allclose(line.get_xdata()[:-1], np.radians(cube.angles))
+            assert np.allclose(line.get_xdata()[:-1], np.radians(numbers.angles))
 
 
 @pytest.mark.parametrize("draw", [heat_figure, polar_figure])
-def test_the_words_over_a_picture_stay_inside_and_apart(draw: Any, cube: MapNumbers) -> None:
-    figure = draw(cube)
+def test_the_words_over_a_picture_stay_inside_and_apart(draw: Any, numbers: MapNumbers) -> None:
+    figure = draw(numbers)
     renderer = FigureCanvasAgg(figure).get_renderer()
     boxes = [text.get_window_extent(renderer) for text in figure.texts]
     assert len(boxes) > 2
@@ -328,9 +328,9 @@ def test_small_and_odd_maps_are_drawn(directions: int, phases: int, tmp_path: Pa
     assert "forward" in said.getvalue()
 
 
-def test_a_folder_that_cannot_be_written_to(cube: MapNumbers, path: Path) -> None:
+def test_a_folder_that_cannot_be_written_to(numbers: MapNumbers, path: Path) -> None:
     with pytest.raises(FileError, match="a folder that can be written to"):
-        report(cube).write(path / "below-a-file")
+        report(numbers).write(path / "below-a-file")
 
 
 def test_data_cannot_end_the_script(path: Path) -> None:

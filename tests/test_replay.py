@@ -11,8 +11,8 @@ from click.testing import CliRunner
 
 import surefoot as sf
 from surefoot.cli import main
-from surefoot.live.sample import SAMPLING
-from surefoot.live.scenes import Scenes, scenes_of
+from surefoot.live.replay import Scenes, scenes_of
+from surefoot.live.story import SAMPLING
 from surefoot.rollout.snapshot import snapshot_of
 
 PUSH = sf.Push(1.1, 0.2, (176.0, 0.0))

@@ -15,13 +15,13 @@ import surefoot as sf
 from small_biped import write_small_biped
 from surefoot.cli import main
 from surefoot.errors import DisplayError
-from surefoot.robot.finding import Finding
+from surefoot.robot.check import Finding, check_robot
+from surefoot.robot.legs import measure_pose
 from surefoot.robot.model_file import DATA_PACKAGES, how_to_install, missing_packages
 from surefoot.robot.multibody import load_multibody
-from surefoot.robot.nominal_pose import measure_pose
 from surefoot.robot.robot import preset_text
-from surefoot.show.robot_picture import draw_robot
-from surefoot.worlds.body.robot_check import check_robot
+from surefoot.show.robot import draw_robot
+from surefoot.worlds.body.gait import walking_robot
 
 PRESETS = [
     name
@@ -36,7 +36,10 @@ def run(*arguments: str | Path) -> Result:
 
 def findings(robot: sf.Robot) -> dict[str, Finding]:
     mechanism = load_multibody(robot, any_mass=True)
-    return {found.check: found for found in check_robot(mechanism, measure_pose(mechanism))}
+    return {
+        found.check: found
+        for found in check_robot(mechanism, measure_pose(mechanism), walking_robot(mechanism))
+    }
 
 
 def changed(path: Path, *changes: tuple[str, str]) -> Path:
@@ -218,7 +221,7 @@ def test_a_picture_needs_a_place_and_opengl(
     def refuse(*_: object) -> None:
         raise ImportError("no EGL here")
 
-    monkeypatch.setattr("mujoco.Renderer", refuse)
+    monkeypatch.setattr("surefoot.show.off_screen._gl_context", lambda: refuse)
     mechanism = load_multibody(sf.load_robot("paper-biped"))
     with pytest.raises(DisplayError, match=r"ImportError: no EGL here; install Mesa .*MUJOCO_GL"):
         draw_robot(mechanism, measure_pose(mechanism), tmp_path / "a.png")

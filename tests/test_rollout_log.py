@@ -29,9 +29,8 @@ from surefoot.cli import main
 from surefoot.geometry import quaternions, rotation_matrix
 from surefoot.rollout import mcap_log as rollout_log
 from surefoot.rollout.ros_messages import DEFINITIONS, definition, full_name, push_forces
-from surefoot.show.body_summary import print_body
-from surefoot.show.walk_summary import print_walk, walk_summary
-from surefoot.show.walk_words import title
+from surefoot.show.summary import print_walk, walk_summary
+from surefoot.show.words import title
 from surefoot.worlds.body.recording import roll_pitch_yaw
 
 ROBOT = sf.load_robot("paper-biped")
@@ -343,13 +342,10 @@ def test_a_walk_without_its_end_is_never_called_a_success(walks, kind: str) -> N
     assert walk_summary(part)["outcome"] == "cut short"
     assert "its end is lost" in " ".join(title(part))
     console = Console(record=True, width=200, file=StringIO())
-    if part.body is None:
-        print_walk(part, console)
-    else:
-        print_body(part, part.body, console)
-    told = console.export_text()
-    assert "cut short" in told
-    assert "recovered" not in told
+    print_walk(part, console)
+    printed = console.export_text()
+    assert "cut short" in printed
+    assert "recovered" not in printed
 
 
 # --- files of another kind ------------------------------------------------------------------------

@@ -119,8 +119,8 @@ def test_a_push_limit_is_the_smallest_failing_push(tmp_path) -> None:
 @pytest.mark.parametrize("sampling", ["latin-hypercube", "monte-carlo"])
 def test_what_is_drawn_follows_its_distribution(sampling: str) -> None:
     study = parse_study(DRAWN.replace("SAMPLING", sampling))
-    columns = list(zip(*study.cells(), strict=True))
-    again = list(study.cells())
+    columns = list(zip(*(cell.values for cell in study.cells()), strict=True))
+    again = [cell.values for cell in study.cells()]
     assert list(zip(*again, strict=True)) == columns
     impulse, gain, mass, noise = (np.array(column) for column in columns)
     assert 1.0 <= impulse.min() < impulse.max() <= 40.0
@@ -132,14 +132,14 @@ def test_what_is_drawn_follows_its_distribution(sampling: str) -> None:
         # One sample in each of 64 equal parts of every range.
         assert sorted(((impulse - 1.0) / 39.0 * 64).astype(int)) == list(range(64))
     other = parse_study(DRAWN.replace("SAMPLING", sampling).replace("seed = 3", "seed = 4"))
-    assert list(other.cells()) != again
+    assert [cell.values for cell in other.cells()] != again
 
 
 def test_a_grid_has_every_combination_and_round_numbers() -> None:
     study = parse_study(
         "[vary]\npush.impulse = {from = 0.0, to = 0.3, count = 4}\npush.step = [1, 2]"
     )
-    values = list(study.cells())
+    values = [cell.values for cell in study.cells()]
     assert values == [(i, s) for i in (0.0, 0.1, 0.2, 0.3) for s in (1, 2)]
 
 
@@ -291,7 +291,7 @@ def test_whole_numbers_are_drawn_whole_and_kept_exactly(tmp_path) -> None:
         .replace("to = 3,", "to = 3")
         .replace("[vary]", 'sampling = "monte-carlo"\nsamples = 30\n[vary]')
     )
-    values = list(parse_study(drawn).cells())
+    values = [cell.values for cell in parse_study(drawn).cells()]
     assert {type(step) for *_, step in values} == {int}
     assert len(rows_of(drawn, tmp_path / "drawn")) == 30
 
@@ -379,7 +379,7 @@ def test_a_cell_that_breaks_is_reported_and_tried_again(walked, tmp_path, monkey
     honest = question.measure_cells
 
     def poisoned(one, cells):
-        if any(cell[:2] == (80.0, 90.0) for cell in cells):
+        if any(cell.values[:2] == (80.0, 90.0) for cell in cells):
             raise ZeroDivisionError("a poisoned cell")
         return honest(one, cells)
 

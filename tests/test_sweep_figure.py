@@ -18,9 +18,8 @@ from matplotlib.figure import Figure
 
 from surefoot.control.registry import methods
 from surefoot.errors import FileError, ParameterError
-from surefoot.robot.gait import GaitLimits
+from surefoot.robot.gait import GaitLimits, Swing
 from surefoot.robot.robot import Foot, Trunk, load_robot
-from surefoot.robot.swing import Swing
 from surefoot.rollout.disturbance import Disturbance
 from surefoot.show import palette
 from surefoot.studies.engine.study import Measured

@@ -18,10 +18,12 @@ from matplotlib.patches import FancyArrowPatch, Rectangle
 from matplotlib.text import Text
 
 import surefoot as sf
+from surefoot.cli.live import make_walk
+from surefoot.live.run import Choice
 from surefoot.show import palette
 from surefoot.show.stances import broken, stances
 from surefoot.show.walk_figure import check_figure_path, draw_walk, walk_figure
-from surefoot.show.walk_words import push_label, title, velocity_words
+from surefoot.show.words import push_label, title, velocity_words
 
 ROBOT = sf.load_robot("paper-biped")
 FORWARD = sf.HybridController(ROBOT, (0.5, 0.0))
@@ -169,6 +171,7 @@ def test_turned_soles_are_drawn_turned() -> None:
         assert np.hypot(*(corners - corner).T).min() < 1e-9
         _, low, _, high = box(walk.one(f"support-y-{number + 1}"))
         assert high - low == pytest.approx(2.0 * (sin * toe[0] + cos * toe[1]))
+    assert title(walk.rollout)[0] == "paper-biped, on footholds"
 
 
 def test_only_the_step_decided_online_is_marked(drawn: Get) -> None:
@@ -386,6 +389,16 @@ def test_the_title_says_who_walked_how_and_what_became_of_it(
     assert set(words) <= set(title(walk.rollout))
     (headline,) = walk.texts("title")
     assert re.split(r"\n|  ·  ", headline) == title(walk.rollout)
+
+
+def test_a_walk_that_turns_has_one_command_and_its_rate_of_turn() -> None:
+    walk = make_walk(Choice(), "hybrid", sf.Steering((0.3, 0.0), 0.4))
+    while walk.time < 3.2:
+        walk.step()
+    drawn = Drawn(walk.rollout())
+    assert len(drawn.rollout.velocities) > 5
+    assert title(drawn.rollout)[0] == "paper-biped, 0.3 m/s forward, turning +0.4 rad/s"
+    assert "new velocity" not in drawn.legend()
 
 
 def test_words() -> None:

@@ -17,7 +17,7 @@ from msgspec import structs
 
 import surefoot as sf
 from surefoot.show import palette
-from surefoot.show.decision_figure import DecidedWalk, draw_decisions
+from surefoot.show.decisions import DecidedWalk, draw_decisions
 from surefoot.show.picture_file import write_picture
 from surefoot.studies.engine.push_answer import answer
 

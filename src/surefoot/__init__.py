@@ -59,7 +59,7 @@ if TYPE_CHECKING:
     from surefoot.rollout.outcome import Fall, Outcome
     from surefoot.rollout.rollout import Rollout, load_rollout
     from surefoot.rollout.trace import BodyTrace
-    from surefoot.show.body_video import film_walk
+    from surefoot.show.film import film_walk
     from surefoot.studies.engine.scan import PushLimit, smallest_failing_push
     from surefoot.worlds.body.controller import BodyControl
     from surefoot.worlds.body.estimator import BodyEstimator
@@ -138,7 +138,7 @@ _HOMES = {
     "worlds.point.simulate": ("simulate",),
     "worlds.point.walks": ("Walks",),
     "studies.engine.scan": ("PushLimit", "smallest_failing_push"),
-    "show.body_video": ("film_walk",),
+    "show.film": ("film_walk",),
 }
 _EXTRAS = {
     "mujoco": ("a body in physics", "mujoco"),

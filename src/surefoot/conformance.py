@@ -223,8 +223,8 @@ def test_a_broken_observation_holds_the_last_command_and_says_so(case: Case, nam
     controller = case.make((0.5, 0.0))
     lost = cycles(controller, 0.1)
     seen = closed_loop(controller, controller.first_observation(None), [], lost + 2)
-    safe, state = controller.step(controller.start(seen[0][0]), seen[0][0])
-    for observation, _ in seen[1:lost]:
+    safe, state = seen[0][1], controller.start(seen[0][0])
+    for observation, _ in seen[:lost]:
         safe, state = controller.step(state, observation)
     broken = seen[lost][0].replace(**{name: value})
     held, next_state = controller.step(state, broken)

@@ -101,6 +101,7 @@ class Command(Record):
 
 
 OBSERVATION, COMMAND = Observation.DTYPE, Command.DTYPE
+"""The same for kernels, which know no classes."""
 
 
 @runtime_checkable

@@ -11,7 +11,8 @@ Compiled kernels read and write such records without conversion; people read the
 
 The one line of a field gives the dtype `Landing.DTYPE` that kernels are compiled for, in the order
 of the lines, the keyword of `Landing(time=..., offset=...)`, the type that `landing.time` has for a
-type checker, and the line in the docstring.
+type checker, and the line in the docstring. A kernel knows no classes: where one makes a record it
+needs the dtype under a name of its own, `LANDING = Landing.DTYPE`.
 """
 
 from __future__ import annotations

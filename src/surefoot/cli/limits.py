@@ -42,8 +42,12 @@ def limits(
     """Print what a robot can do at most: speeds, DCM offsets, and the push that can be survived."""
     from surefoot.dcm.nominal_gait import largest_speed
     from surefoot.robot.robot import load_robot
-    from surefoot.show.limits_summary import limits_summary, print_limits
-    from surefoot.show.push_limits import push_limits_summary, push_phases
+    from surefoot.show.limits import (
+        limits_summary,
+        print_limits,
+        push_limits_summary,
+        push_phases,
+    )
 
     body = load_robot(robot)
     body = body if hip is None else body.replace(hip=hip)

@@ -11,7 +11,7 @@ import click
 from surefoot.cli.serving import host_option, open_option, port_option, serve_page
 
 if TYPE_CHECKING:
-    from surefoot.live.scenes import Scenes
+    from surefoot.live.replay import Scenes
     from surefoot.live.stage import MakeFigure
     from surefoot.rollout.rollout import Rollout
 
@@ -33,8 +33,7 @@ def replay(file: Path, page: Path | None, host: str, port: int, open_page: bool)
     from surefoot.checks import check_writable, optional_module
 
     optional_module("viser", "playback", "live")
-    from surefoot.live.replay import ReplayPage
-    from surefoot.live.scenes import scenes_of
+    from surefoot.live.replay import ReplayPage, scenes_of
 
     if page is not None:
         optional_module("matplotlib", "plots of a page", "plot")
@@ -92,7 +91,7 @@ def _write(scenes: Scenes, figure: MakeFigure, file: Path, page: Path) -> None:
 
     from surefoot.live.replay import write_page
     from surefoot.live.server import page_server, stop
-    from surefoot.show.walk_words import title
+    from surefoot.show.words import title
 
     with tempfile.TemporaryDirectory() as folder:
         drawn = Path(folder) / "walk.svg"

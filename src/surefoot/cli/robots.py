@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -24,7 +24,7 @@ _COLOURS = {"ok": "green", "warning": "yellow", "problem": "red"}
 @json_option
 @click.pass_context
 def robots(context: click.Context, show: str | None, as_json: bool) -> None:
-    """List the robots that Surefoot ships, and what is missing to put them into physics."""
+    """List the robots that are installed, and what is missing to put them into physics."""
     if context.invoked_subcommand is not None:
         return
     from surefoot.robot.robot import load_robot, preset_names, preset_text
@@ -64,8 +64,9 @@ def _print_presets(presets: list[Robot]) -> None:
         table.add_column(column, no_wrap=column == "name")
     commands: dict[str, list[str]] = {}
     for robot in presets:
-        told = _as_numbers(robot)
-        physics = "missing: " + ", ".join(told["missing"]) if told["missing"] else "ready"
+        numbers = _as_numbers(robot)
+        missing = numbers["missing"]
+        physics = "missing: " + ", ".join(missing) if missing else "ready"
         table.add_row(
             robot.name,
             f"{robot.mass:g}",
@@ -74,8 +75,8 @@ def _print_presets(presets: list[Robot]) -> None:
             "point mass only" if robot.body is None else physics,
             robot.description,
         )
-        if told["missing"]:
-            commands.setdefault(told["install"], []).append(robot.name)
+        if missing:
+            commands.setdefault(numbers["install"], []).append(robot.name)
     Console().print(table)
     for command, names in commands.items():
         click.echo(f"\nFor {', '.join(names)} in physics:\n    {command}")
@@ -93,17 +94,15 @@ def check(context: click.Context, robot: str, picture: Path | None, as_json: boo
     """Check a robot for physics: file and model, pose, soles, limits. Exits with 2 on a problem."""
     if picture is not None:
         _check_picture(picture)
-    from surefoot.show.check_words import check_lines, check_verdict
-
     name, findings, draw = _look_at(robot)
     found_problem = any(finding["verdict"] == "problem" for finding in findings)
     if as_json:
         print_json({"robot": name, "good": not found_problem, "checks": findings})
     else:
-        for line in check_lines(findings):
+        for line in _check_lines(findings):
             verdict, rest = line[:7], line[7:]
             click.echo(click.style(verdict, fg=_COLOURS.get(verdict.strip())) + rest)
-        click.echo(check_verdict(name, findings))
+        click.echo(_check_verdict(name, findings))
     if picture is not None and draw is None:
         click.echo("no picture: there is no mechanism to draw", err=True)
     elif picture is not None and draw is not None:
@@ -111,10 +110,41 @@ def check(context: click.Context, robot: str, picture: Path | None, as_json: boo
     context.exit(PROBLEMS if found_problem else 0)
 
 
+def _check_lines(findings: Sequence[Mapping[str, str]]) -> list[str]:
+    """One line for what is well, three for what is not.
+
+    Args:
+        findings: with check, verdict, expected, got and remedy.
+    """
+    width = max(len(finding["check"]) for finding in findings)
+    lines = []
+    for finding in findings:
+        verdict = finding["verdict"]
+        head = f"{verdict:7}"
+        if verdict == "ok":
+            lines.append(f"{head}  {finding['check']:{width}}  {finding['got']}")
+            continue
+        indent = " " * (11 + width)
+        lines += [
+            f"{head}  {finding['check']:{width}}  expected {finding['expected']}",
+            f"{indent}got {finding['got']}",
+            f"{indent}do this: {finding['remedy']}",
+        ]
+    return lines
+
+
+def _check_verdict(name: str, findings: Sequence[Mapping[str, str]]) -> str:
+    """The last line."""
+    counts = {
+        noun: sum(finding["verdict"] == noun for finding in findings)
+        for noun in ("problem", "warning")
+    }
+    counted = [f"{count} {noun}{'s' * (count > 1)}" for noun, count in counts.items() if count]
+    return f"{name}: {' and '.join(counted) if counted else 'all is well'}"
+
+
 def _check_picture(path: Path) -> None:
-    """Refuse early what cannot be drawn, and have MuJoCo draw without a screen."""
-    import os
-    import sys
+    """Refuse early what cannot be drawn."""
     from importlib.util import find_spec
 
     from surefoot.checks import check_writable
@@ -125,10 +155,8 @@ def _check_picture(path: Path) -> None:
     check_writable(path, (".png", ".pdf", ".svg"))
     if find_spec("mujoco") is None:
         return
-    if sys.platform == "linux":
-        # Read when MuJoCo is imported, which fails if there is no such library.
-        os.environ.setdefault("MUJOCO_GL", "egl")
     try:
+        # It reads MUJOCO_GL, and fails if there is no such library.
         import mujoco  # noqa: F401
     except (AttributeError, ImportError, OSError, RuntimeError) as error:
         raise DisplayError(error) from error
@@ -138,7 +166,7 @@ def _look_at(name: str) -> tuple[str, list[dict[str, str]], Callable[[Path], Non
     """The name of a robot, what was found, and what draws it if it can be drawn."""
     from surefoot.checks import optional_module
     from surefoot.errors import SurefootError
-    from surefoot.robot.finding import point_mass_only, refusal
+    from surefoot.robot.check import point_mass_only, refusal
     from surefoot.robot.robot import load_robot
 
     try:
@@ -154,14 +182,16 @@ def _look_at(name: str) -> tuple[str, list[dict[str, str]], Callable[[Path], Non
         mechanism = load_multibody(robot, any_mass=True)
     except SurefootError as error:
         return robot.name, [refusal("model", error).as_words()], None
-    from surefoot.robot.nominal_pose import measure_pose
-    from surefoot.worlds.body.robot_check import check_robot
+    from surefoot.robot.check import check_robot
+    from surefoot.robot.legs import measure_pose
+    from surefoot.worlds.body.gait import walking_robot
 
     pose = measure_pose(mechanism)
-    found = [finding.as_words() for finding in check_robot(mechanism, pose)]
+    findings = check_robot(mechanism, pose, walking_robot(mechanism))
+    found = [finding.as_words() for finding in findings]
 
     def draw(path: Path) -> None:
-        from surefoot.show.robot_picture import draw_robot
+        from surefoot.show.robot import draw_robot
 
         draw_robot(mechanism, pose, path)
 

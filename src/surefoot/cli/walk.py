@@ -1,15 +1,15 @@
-"""`surefoot walk`: walk, get pushed, recover; tell what happened."""
+"""`surefoot walk`: walk, get pushed, recover; report what happened."""
 
 from __future__ import annotations
 
 import re
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import click
 
-from surefoot.cli.walk_body import BodyWalk, World, refuse_others, walk_body
+from surefoot.cli.walk_body import BodyWalk, World, check_body_walk, refuse_others, walk_body
 from surefoot.errors import ParameterError
 from surefoot.options import (
     check_plotting,
@@ -24,14 +24,15 @@ from surefoot.options import (
 )
 
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
     from surefoot.interface import Controller
     from surefoot.robot.robot import Robot
-
-RECOVERED, FELL = 0, 1
-"""Exit status."""
+    from surefoot.rollout.rollout import Rollout
 
 BODY_VELOCITY, BODY_DURATION = (0.3, 0.0), 10.0
-"""Of a walk in physics, unless it is told [m/s, s]."""
+"""Of a walk in physics, unless the options say another [m/s, s]."""
 
 OPTION_OF = {"project_zmp": "--unprojected", "double_support": "--double-support"}
 
@@ -113,7 +114,7 @@ OPTION_OF = {"project_zmp": "--unprojected", "double_support": "--double-support
 @click.option(
     "--truth",
     is_flag=True,
-    help="Body: tell the controller the true state, not an estimate from encoders, inertial unit "
+    help="Body: give the controller the true state, not an estimate from encoders, inertial unit "
     "and feet.",
 )
 @click.option(
@@ -163,7 +164,7 @@ OPTION_OF = {"project_zmp": "--unprojected", "double_support": "--double-support
     default=0.0,
     show_default=True,
     metavar="S",
-    help="Body: how late the sensors tell; the estimate knows it.",
+    help="Body: delay of the sensors; the estimate accounts for it.",
 )
 @click.option(
     "--seed",
@@ -214,7 +215,7 @@ def walk(
     delay: float, seed: int, plot: Path | None, decision_plot: Path | None, video: Path | None,
     save: Path | None, dump: Path | None, as_json: bool,
 ) -> None:  # fmt: skip
-    """Walk, get pushed, recover; tell what happened.
+    """Walk, get pushed, recover; report what happened.
 
     Exits with 0 if the robot still walks, with 1 if it fell or a body does not walk at the speed
     that is commanded, with 2 if the command is wrong.
@@ -222,47 +223,48 @@ def walk(
     Example: surefoot walk --push 176,0@1.1+0.2 --plot walk.png
     """
     from surefoot.dcm.pushes import parse_push
-    from surefoot.robot.robot import load_robot
 
     forces = [parse_push(text) for text in pushes]
     velocities = [(time, (x, y)) for x, y, time in map(parse_change, changes)]
     refuse_others(simulator)
     key, parameters = read_settings(settings, controller)
+    decided = None
     if simulator == "mujoco":
         body_walk = BodyWalk(
             robot, key, parameters,
             velocity if given("velocity") else BODY_VELOCITY, velocities,
             duration if given("duration") else BODY_DURATION, forces, leg_speed, leg_acceleration,
             truth, turning, stand_at, World(friction, payload, mass_error, bumps, delay, seed),
-            plot, video, save,
         )  # fmt: skip
-        walk_body(body_walk, as_json)
-    _check_outputs([plot, decision_plot], save, dump)
-    if unprojected:
-        parameters["project_zmp"] = False
-    if double_support != 0.0:
-        parameters["double_support"] = double_support
-    with compiling_notice():
-        body = load_robot(robot).with_leg(max_speed=leg_speed, max_acceleration=leg_acceleration)
-        if footholds is None:
-            chosen = _controller(key, body, velocity, **parameters)
-        else:
-            chosen = _foothold_controller(footholds, body, **parameters)
-        _check_decides(chosen, decision_plot)
-        from surefoot.rollout.decisions import DecisionLog
-        from surefoot.rollout.outcome import Outcome
-        from surefoot.worlds.point.simulate import simulate
+        check_body_walk(body_walk)
+        _check_outputs([plot], video, save, dump)
+        rollout = walk_body(body_walk)
+    else:
+        _check_outputs([plot, decision_plot], None, save, dump)
+        if unprojected:
+            parameters["project_zmp"] = False
+        if double_support != 0.0:
+            parameters["double_support"] = double_support
+        with compiling_notice():
+            chosen = _controller(
+                robot, leg_speed, leg_acceleration, key, velocity, footholds, parameters
+            )
+            _check_decides(chosen, decision_plot)
+            from surefoot.rollout.decisions import DecisionLog
+            from surefoot.worlds.point.simulate import simulate
 
-        log = DecisionLog()
-        rollout = simulate(
-            chosen, duration, forces, velocity_changes=velocities, watch=log, dump=dump
-        )
+            log = DecisionLog()
+            rollout = simulate(
+                chosen, duration, forces, velocity_changes=velocities, watch=log, dump=dump
+            )
+        decided = log.records if len(log.records) else None
     if save is not None:
         rollout.save(save)
     if plot is not None:
         rollout.plot(plot)
-    _print_walk(rollout, log.records, decision_plot, as_json)
-    sys.exit(FELL if rollout.outcome is Outcome.FELL else RECOVERED)
+    if video is not None:
+        _film(rollout, video)
+    _report(rollout, decided, decision_plot, as_json)
 
 
 def parse_change(text: str) -> tuple[float, float, float]:
@@ -285,10 +287,16 @@ def parse_change(text: str) -> tuple[float, float, float]:
 
 
 def _controller(
-    name: str, robot: Robot, velocity: tuple[float, float], **parameters: Any
-) -> Controller:
+    robot: str, leg_speed: float | None, leg_acceleration: float | None, name: str,
+    velocity: tuple[float, float], footholds: Path | None, parameters: dict[str, Any],
+) -> Controller:  # fmt: skip
+    """The controller of a point mass, for a velocity or for footholds; arguments as of `walk`."""
     from surefoot.control.registry import find_method, methods
+    from surefoot.robot.robot import load_robot
 
+    body = load_robot(robot).with_leg(max_speed=leg_speed, max_acceleration=leg_acceleration)
+    if footholds is not None:
+        return _foothold_controller(footholds, body, parameters)
     chosen = find_method(name)
     for parameter in OPTION_OF.keys() & parameters:
         if not chosen.takes(parameter):
@@ -298,10 +306,10 @@ def _controller(
                 f"--controller {name}",
                 "leave the option out, or choose another controller",
             )
-    return chosen.controller(robot, velocity, **parameters)
+    return chosen.controller(body, velocity, **parameters)
 
 
-def _foothold_controller(path: Path, robot: Robot, **parameters: Any) -> Controller:
+def _foothold_controller(path: Path, robot: Robot, parameters: dict[str, Any]) -> Controller:
     from surefoot.control.foothold_tracking import FootholdTracking
     from surefoot.dcm.footholds import load_footholds
 
@@ -315,8 +323,12 @@ def _foothold_controller(path: Path, robot: Robot, **parameters: Any) -> Control
     return FootholdTracking(robot, load_footholds(path, robot), **parameters)
 
 
-def _check_outputs(pictures: list[Path | None], save: Path | None, dump: Path | None) -> None:
-    """Tell before the walk, not after it, that its results could not be kept."""
+def _check_outputs(
+    pictures: list[Path | None], video: Path | None, save: Path | None, dump: Path | None
+) -> None:
+    """Refuse before the walk, not after it, results that could not be kept."""
+    from surefoot.checks import optional_module
+
     if save is not None:
         from surefoot.rollout.files import check_rollout_path
 
@@ -331,6 +343,12 @@ def _check_outputs(pictures: list[Path | None], save: Path | None, dump: Path | 
             from surefoot.show.walk_figure import check_figure_path
 
             check_figure_path(path)
+    if video is not None:
+        for module in ("imageio_ffmpeg", "PIL", "matplotlib"):
+            optional_module(module, "films", "video")
+        from surefoot.show.film import check_video_path
+
+        check_video_path(video)
 
 
 def _check_decides(controller: Controller, decision_plot: Path | None) -> None:
@@ -344,17 +362,32 @@ def _check_decides(controller: Controller, decision_plot: Path | None) -> None:
         )
 
 
-def _print_walk(rollout: Any, records: Any, decision_plot: Path | None, as_json: bool) -> None:
-    from surefoot.show.walk_summary import print_walk, walk_summary
+def _film(rollout: Rollout, path: Path) -> None:
+    """Film a walk, with a bar on the error output: the other one may be read by a machine."""
+    from rich.console import Console
+    from rich.progress import Progress
 
-    decided = records if len(records) else None
+    from surefoot.show.film import film_walk
+
+    with Progress(console=Console(stderr=True), transient=True) as bars:
+        bar = bars.add_task("filming", total=None)
+        film_walk(rollout, path, lambda done, total: bars.update(bar, completed=done, total=total))
+
+
+def _report(
+    rollout: Rollout, decided: NDArray[np.void] | None, decision_plot: Path | None, as_json: bool
+) -> NoReturn:
+    """Draw the decisions, print the walk, and exit with its status."""
+    from surefoot.show.summary import holds_course, print_walk, walk_summary
+
     if decided is not None and decision_plot is not None:
-        from surefoot.show.decision_figure import DecidedWalk, draw_decisions
+        from surefoot.show.decisions import DecidedWalk, draw_decisions
 
         draw_decisions([DecidedWalk(rollout, decided)], decision_plot)
     if as_json:
         print_json(walk_summary(rollout, decided))
-        return
-    from rich.console import Console
+    else:
+        from rich.console import Console
 
-    print_walk(rollout, Console(), decided)
+        print_walk(rollout, Console(), decided)
+    sys.exit(0 if not rollout.fallen and holds_course(rollout) else 1)

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import sys
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from surefoot.checks import check_number
 from surefoot.errors import ParameterError
-from surefoot.options import check_plotting, compiling_notice, given, print_json
+from surefoot.options import compiling_notice, given
 
 if TYPE_CHECKING:
     from surefoot.dcm.pushes import Push
@@ -102,9 +100,6 @@ class BodyWalk:
     turning: float
     stand_at: float | None
     world: World
-    plot: Path | None
-    video: Path | None
-    save: Path | None
 
 
 def refuse_others(simulator: str) -> None:
@@ -123,8 +118,15 @@ def refuse_others(simulator: str) -> None:
             )
 
 
-def walk_body(walk: BodyWalk, as_json: bool) -> None:
-    """Walk, tell, draw, film; exits with 1 if the robot fell, or does not go where it is told."""
+def check_body_walk(walk: BodyWalk) -> None:
+    """Refuse at once what cannot be walked, not after a minute of compiling.
+
+    Raises:
+        ParameterError: options contradict each other, or a value is out of range.
+        MissingExtraError: physics is not installed.
+    """
+    from surefoot.checks import optional_module
+
     if walk.truth and given("delay"):
         raise ParameterError(
             "--delay without --truth: the true state is never late",
@@ -137,27 +139,21 @@ def walk_body(walk: BodyWalk, as_json: bool) -> None:
             "--seed with --truth and without --bumps",
             "leave --seed out: the walk is the same with every one",
         )
-    _check_outputs(walk)
+    optional_module("mujoco", "physics", "mujoco")
+    optional_module("daqp", "inverse dynamics", "mujoco")
     check_number("duration", walk.duration, 0.0, "s", above=True)
-    # What is wrong in these is told at once, not after a minute of compiling.
     route_of(walk)
     walk.world.surroundings()
     walk.world.check_noise()
+
+
+def walk_body(walk: BodyWalk) -> Rollout:
+    """Walk in physics."""
     with compiling_notice(8.0, "a minute"):
         control = make_control(walk)
         # What a walk compiles, it compiles in its first cycles.
         _simulate(replace(walk, duration=0.003), control)
-    rollout = _simulate(walk, control)
-    if walk.save is not None:
-        rollout.save(walk.save)
-    if walk.plot is not None:
-        rollout.plot(walk.plot)
-    if walk.video is not None:
-        _film(rollout, walk.video)
-    _tell(rollout, as_json)
-    from surefoot.show.body_summary import makes_way
-
-    sys.exit(0 if not rollout.fallen and makes_way(rollout) else 1)
+    return _simulate(walk, control)
 
 
 def make_control(walk: BodyWalk) -> BodyControl:
@@ -174,8 +170,8 @@ def make_control(walk: BodyWalk) -> BodyControl:
     believed = walking_robot(multibody).with_leg(
         max_speed=walk.leg_speed, max_acceleration=walk.leg_acceleration
     )
-    brain = body_controller(walk.controller, believed, walk.velocity, **walk.parameters)
-    return body_control(brain, multibody)
+    controller = body_controller(walk.controller, believed, walk.velocity, **walk.parameters)
+    return body_control(controller, multibody)
 
 
 def route_of(walk: BodyWalk) -> list[tuple[float, Steering]]:
@@ -220,49 +216,3 @@ def _simulate(walk: BodyWalk, control: BodyControl) -> Rollout:
         noise=None if walk.truth else walk.world.noise(control.multibody.robot),
         estimator=TRUTH if walk.truth else None,
     )
-
-
-def _check_outputs(walk: BodyWalk) -> None:
-    """Tell before the walk, not after it, that its results could not be kept."""
-    from surefoot.checks import optional_module
-
-    optional_module("mujoco", "physics", "mujoco")
-    optional_module("daqp", "inverse dynamics", "mujoco")
-    if walk.save is not None:
-        from surefoot.rollout.files import check_rollout_path
-
-        check_rollout_path(walk.save)
-    if walk.plot is not None:
-        check_plotting()
-        from surefoot.show.walk_figure import check_figure_path
-
-        check_figure_path(walk.plot)
-    if walk.video is not None:
-        for module in ("imageio_ffmpeg", "PIL", "matplotlib"):
-            optional_module(module, "films", "video")
-        from surefoot.show.body_video import check_video_path
-
-        check_video_path(walk.video)
-
-
-def _film(rollout: Rollout, path: Path) -> None:
-    """Film a walk, with a bar on the error output: the other one may be read by a machine."""
-    from rich.console import Console
-    from rich.progress import Progress
-
-    from surefoot.show.body_video import film_walk
-
-    with Progress(console=Console(stderr=True), transient=True) as bars:
-        bar = bars.add_task("filming", total=None)
-        film_walk(rollout, path, lambda done, total: bars.update(bar, completed=done, total=total))
-
-
-def _tell(rollout: Any, as_json: bool) -> None:
-    from surefoot.show.body_summary import body_summary, print_body
-
-    if as_json:
-        print_json(body_summary(rollout, rollout.body))
-        return
-    from rich.console import Console
-
-    print_body(rollout, rollout.body, Console())

@@ -62,7 +62,7 @@ def capture(parameters, observation, plan, command):
     asked_x = _zmp_for(away_x, plan.start_offset[0] * plan.growth, growth)
     asked_y = _zmp_for(away_y, plan.start_offset[1] * plan.growth, growth)
     zmp_x, zmp_y = nearest_under_foot(asked_x, asked_y, half[0], half[1], observation.support_yaw)
-    if length(zmp_x - asked_x, zmp_y - asked_y) > EDGE_TOLERANCE:
+    if length(zmp_x - asked_x, zmp_y - asked_y) > EDGE_TOLERANCE * parameters.swing.reach:
         command.status |= _ZMP_AT_EDGE
     command.step_duration = max(plan.step_duration, observation.elapsed)
     row = side_index(observation.support_side)

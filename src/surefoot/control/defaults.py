@@ -8,7 +8,6 @@ is 0.248 m, tau_nom 5.76 and omega 3.50 1/s, and the values are those of [Online
 from __future__ import annotations
 
 import math
-from typing import Any
 
 from surefoot.dcm.nominal_gait import NominalGait, gait_room
 from surefoot.robot.robot import STANDARD_GRAVITY, Robot
@@ -50,24 +49,3 @@ def default_tau_weight(robot: Robot, gait: NominalGait, share: float = TAU_WEIGH
 def default_threshold(robot: Robot, gait: NominalGait) -> float:
     """The DCM error at which steps are decided anew [m]."""
     return THRESHOLD * natural_length(robot, gait)
-
-
-class Own(float):
-    """A value that was left out: it follows from robot, gait and period.
-
-    A copy of a controller for another robot or velocity, by `dataclasses.replace`, finds its own
-    again. To keep the number, give it as a plain float.
-    """
-
-
-def fill_in(controller: Any, **values: float) -> None:
-    """Give these values to the parameters that were left out."""
-    for name, value in values.items():
-        known = getattr(controller, name)
-        if known is None or isinstance(known, Own):
-            object.__setattr__(controller, name, Own(value))
-
-
-def filled(value: float | None) -> float:
-    """A parameter that `fill_in` has seen to."""
-    return math.nan if value is None else value

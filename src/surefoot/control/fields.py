@@ -119,7 +119,13 @@ def check_fields(controller: Any) -> None:
 
 def documented(cls: _Class) -> _Class:
     """Write what the fields say of themselves into the docstring of a class, as its Args."""
-    lines = [*map(_line, declared(cls).items())]
+    lines = (
+        [_line(entry) for entry in declared(cls).items()]
+        if hasattr(cls, "__dataclass_fields__")
+        else []
+    )
+    if not lines:
+        return cls
     about, mark, rest = inspect.cleandoc(cls.__doc__ or "").partition("\nRaises:")
     cls.__doc__ = "\n".join([about.rstrip(), "", "Args:", *lines, *([mark + rest] if mark else [])])
     return cls

@@ -263,8 +263,9 @@ def regulate(parameters, plan, yaw, elapsed, com, com_velocity, zmp, zmp_sum):
     asked_x = _asked_zmp(parameters, com[0], com_velocity[0], zmp[0], sum_x, ahead_x)
     asked_y = _asked_zmp(parameters, com[1], com_velocity[1], zmp[1], sum_y, ahead_y)
     zmp[0], zmp[1] = nearest_under_foot(asked_x, asked_y, half[0], half[1], yaw)
-    cut_x = abs(zmp[0] - asked_x) > EDGE_TOLERANCE
-    cut_y = abs(zmp[1] - asked_y) > EDGE_TOLERANCE
+    tolerance = EDGE_TOLERANCE * parameters.swing.reach
+    cut_x = abs(zmp[0] - asked_x) > tolerance
+    cut_y = abs(zmp[1] - asked_y) > tolerance
     if not cut_x:
         zmp_sum[0] = sum_x
     if not cut_y:

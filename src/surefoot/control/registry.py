@@ -41,7 +41,7 @@ class Method:
         source: who published it.
         adapts: what it changes when it is pushed.
         cannot: what it cannot use of what every method may use.
-        cites: keys of its publications in `surefoot/references.bib`.
+        cites: keys of its publications in `surefoot/references.bib`, or whole BibTeX entries.
         order: place in tables and pictures, from the ZMP alone to steps in place and time.
         fixed_steps: whether it always steps as planned, so that the speed of the leg is no matter.
         leans: whether it turns the trunk as a flywheel, which a body in physics has none of.

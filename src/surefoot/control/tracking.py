@@ -85,7 +85,8 @@ LONGEST_DOUBLE_SUPPORT = 0.6
 """The largest fraction of a step for which both feet may share the load."""
 
 EDGE_TOLERANCE = 1e-11
-"""A ZMP that projection moves no further than this part of half a sole was inside."""
+"""A ZMP that projection moves no further than this part of half a sole was inside; where the sole
+may be a point, of how far the feet can be apart."""
 
 _TRACKING_MODE = int(Mode.TRACKING)
 _ZMP_AT_EDGE = int(Status.ZMP_AT_EDGE)

@@ -9,7 +9,8 @@ and across likewise with alternating sides: `dcm.viable_displacement` with the t
 schedule is the times of a few landings and a period for all that follow. Its value is attained, by
 the landings that it consists of.
 
-If nobody knows when the push ends, there is one demand more: at every instant of the push the robot
+If it is not known when the push ends, one thing more is demanded: at every instant of the push the
+robot
 must be viable without it. Counted along the push, a landing at l takes l off the offset e of the
 DCM, and right after a landing at L, with the push going on for r more, e has to lie in
 

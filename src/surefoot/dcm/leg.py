@@ -182,7 +182,7 @@ def hurry(
 def follow(
     away: float, wanted: float, velocity: float, time: float, speed: float, acceleration: float
 ) -> tuple[float, float]:
-    """Where a foot of limited leg gets that is told to be `away` with velocity `wanted`.
+    """Where a foot of limited leg gets that is to be `away` with velocity `wanted`.
 
     As near as it can get; and of the velocities that it can have there, the nearest. With D what
     the place is ahead of coasting, a change of velocity x is possible there if

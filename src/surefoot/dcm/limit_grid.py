@@ -8,7 +8,7 @@ ways share; the tests take that from walks. The other axis is left out of it.
 With time steps of 2 ms it comes within 0.3 % where the acceleration is unlimited; the lattice of a
 limited one is coarser, and within 1.3 %.
 
-For a push whose end nobody knows the iteration goes back through the push with both bounds of every
+For a push whose end is not known the iteration goes back through the push with both bounds of every
 state at once, each cut off at what is viable unpushed: `Sweep.causal_push`. No schedule of landings
 occurs in it, and where the ZMP and the foot are at best comes out by itself. What a force does is
 not linear here, so the largest force is found by bisection. The next landing waits for a time step

@@ -109,8 +109,8 @@ class Sweep:
         after[np.isnan(after)] = -np.inf
         if self.behind > 0.0:
             after = after[::-1]
-        worth = np.stack([self.feet, -self.feet]) + after
-        return np.where(self.landable, worth, -np.inf)
+        value = np.stack([self.feet, -self.feet]) + after
+        return np.where(self.landable, value, -np.inf)
 
     def back(self, later: Array, force: float | Array) -> Array:
         """The largest offsets a time step earlier: the foot moves, and the DCM flows.
@@ -189,7 +189,7 @@ class Sweep:
         return table
 
     def causal_push(self, settled: Array, force: float) -> Array:
-        """The same if nobody knows when the push ends: it may at every instant.
+        """The same if it is not known when the push ends: it may at every instant.
 
         Whatever the state is, both of its offsets have to be viable unpushed, `settled`; a push
         along the axis moves one of them outward and the other inward.

@@ -56,7 +56,7 @@ def best_landings(case: PushCase) -> tuple[float, tuple[float, ...]]:
 
 @lru_cache(maxsize=4096)
 def causal_share(case: PushCase, duration: float, together: bool) -> float:
-    """Which share of `push_limit` is left if nobody knows when the push ends [-]."""
+    """Which share of `push_limit` is left if it is not known when the push ends [-]."""
     if case.elapsed + duration <= case.robot.gait.step_duration[0]:
         return 1.0
     step = case.step()
@@ -123,7 +123,7 @@ def push_limit(
     Raises:
         ParameterError: a direction of no length, a time outside the step, a negative reach.
         VelocityError: the velocity cannot be walked, or the leg is too weak for the smooth swing of
-            its gait: then nobody knows where the foot is when the push comes.
+            its gait: then it is not known where the foot is when the push comes.
         RobotError: the leg is too slow to step at all.
     """
     case = _checked_case(

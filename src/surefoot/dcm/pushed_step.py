@@ -342,7 +342,7 @@ class PushedStep:
     def causal_share(
         self, duration: float, room: float, times: tuple[float, ...] = (), alone: int = BOTH
     ) -> float:
-        """Which share of the room is left if nobody knows when the push ends [-].
+        """Which share of the room is left if it is not known when the push ends [-].
 
         Args:
             duration: of the push [s].

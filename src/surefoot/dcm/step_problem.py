@@ -79,6 +79,7 @@ class StepSolution(Record):
 
 
 STEP_PROBLEM, STEP_SOLUTION = StepProblem.DTYPE, StepSolution.DTYPE
+"""The same for kernels, which know no classes."""
 
 
 def _flat(row: tuple[Any, ...]) -> NDArray[np.float64] | None:

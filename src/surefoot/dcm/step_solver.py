@@ -32,7 +32,7 @@ VIOLATION_TOLERANCE = 1e-6
 """A larger violation of the soft offset bounds is reported in the status, as a fraction of the
 longer side of the step box."""
 
-_LEAST_WEIGHT = 1e-16
+_MIN_WEIGHT = 1e-16
 """Relative floor of the weights: where the problem has many solutions, the nearest to nominal."""
 
 _OFFSET_VIOLATED = int(Status.OFFSET_VIOLATED)
@@ -234,7 +234,7 @@ def prepare_axes(problem):
     if y_low > y_high:
         y_low = y_high = 0.5 * (y_low + y_high)
     step_weight, offset_weight = problem.step_weight, problem.offset_weight
-    floor = _LEAST_WEIGHT * max(
+    floor = _MIN_WEIGHT * max(
         1.0, problem.tau_weight, step_weight[0], step_weight[1], offset_weight[0], offset_weight[1]
     )
     x_axis = prepare_axis(

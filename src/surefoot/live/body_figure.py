@@ -9,10 +9,10 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
-from surefoot.live.colours import GHOST, rgb
+from surefoot.live.figure import GHOST, rgb
 from surefoot.robot.multibody import Multibody
 from surefoot.rollout.snapshot import Snapshot
-from surefoot.show.elevation import shown_groups
+from surefoot.show.off_screen import shown_groups
 
 DARKEST = 60
 """Mean of red, green and blue of a shape, so that a black robot shows its joints."""

@@ -8,9 +8,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from surefoot.live.layers import Layers
+from surefoot.live.panels import Layers, framed
 from surefoot.live.run import LARGEST_IMPULSE, Choice, LiveRun
-from surefoot.live.sentence import framed
 from surefoot.worlds.steering import Steering
 
 PAD = (("↖", "↑", "↗"), ("←", "→"), ("↙", "↓", "↘"))

@@ -1,4 +1,4 @@
-"""What walks, drawn: a point mass on two legs, or the shapes of a body in physics."""
+"""What walks, drawn: a point mass on two legs; the shapes of a body are in `body_figure`."""
 
 from __future__ import annotations
 
@@ -6,10 +6,8 @@ import math
 from typing import Any, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from surefoot.live.colours import GHOST, rgb
-from surefoot.live.quaternions import about_z, z_towards
 from surefoot.robot.feet import Side
 from surefoot.robot.robot import Robot
 from surefoot.rollout.snapshot import Snapshot
@@ -27,6 +25,12 @@ LINK = 0.62
 SIDES = (Side.LEFT, Side.RIGHT)
 """In the order of `Snapshot.soles`."""
 
+
+GHOST = "#8a8f98"
+"""Colour of the second walk."""
+
+Quaternion = tuple[float, float, float, float]
+"""A rotation (w, x, y, z)."""
 
 UP = np.array([0.0, 0.0, 1.0])
 
@@ -111,3 +115,23 @@ class PointFigure:
     def remove(self) -> None:
         """Leave the scene."""
         self._root.remove()
+
+
+def rgb(colour: str) -> tuple[int, int, int]:
+    """Of "#rrggbb", from 0 to 255."""
+    red, green, blue = (int(colour[i : i + 2], 16) for i in (1, 3, 5))
+    return red, green, blue
+
+
+def about_z(yaw: float) -> Quaternion:
+    """A heading [rad]."""
+    return (math.cos(0.5 * yaw), 0.0, 0.0, math.sin(0.5 * yaw))
+
+
+def z_towards(direction: ArrayLike) -> Quaternion:
+    """The shortest rotation of the z axis into a direction that is not zero, shape (3,)."""
+    x, y, z = np.asarray(direction, float) / np.linalg.norm(direction)
+    if z < -1.0 + 1e-9:
+        return (0.0, 1.0, 0.0, 0.0)
+    w = math.sqrt(0.5 * (1.0 + z))
+    return (w, -y / (2.0 * w), x / (2.0 * w), 0.0)

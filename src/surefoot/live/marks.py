@@ -10,13 +10,14 @@ from typing import Any
 import numpy as np
 
 from surefoot.dcm.viability import viable_landings
-from surefoot.live.colours import REGION, rgb
-from surefoot.live.figure import SIDES
-from surefoot.live.quaternions import about_z, z_towards
+from surefoot.live.figure import SIDES, about_z, rgb, z_towards
 from surefoot.robot.feet import Side
 from surefoot.robot.robot import Robot
 from surefoot.rollout.snapshot import Snapshot
 from surefoot.show import palette
+
+REGION = palette.ADAPTED
+"""Colour of the landings that can still be saved."""
 
 PRINTS = 14
 """Footprints that are left behind."""

@@ -1,7 +1,7 @@
 """The live page: a server on which everybody watches, pushes and steers the same walk.
 
-Time passes here, in one loop; a tab is told what changed by a thread of its own, as fast as it can
-take it, so a slow one sees less and delays nothing.
+Time passes here, in one loop; what changed is sent to each tab by a thread of its own, as fast as
+the tab can take it: a slow one sees less and delays nothing.
 """
 
 from __future__ import annotations
@@ -14,8 +14,8 @@ from typing import Any
 
 import viser
 
-from surefoot.live.charts import dock_panels
 from surefoot.live.controls import Controls, Menu
+from surefoot.live.panels import dock_panels
 from surefoot.live.run import LiveRun
 from surefoot.live.server import look_from
 from surefoot.live.stage import MakeFigure, Stage
@@ -24,7 +24,7 @@ from surefoot.worlds.walk import Walk
 FRAME = 1.0 / 30.0
 """Between two pictures [s]."""
 
-MOST_BEHIND = 0.1
+MAX_BEHIND = 0.1
 """What a slow machine makes up for at most: beyond it the walk is slower than the clock [s]."""
 
 CHART_FRAMES = 4
@@ -64,7 +64,7 @@ class LivePage:
         run, last = self._run, time.monotonic()
         while on():
             now = time.monotonic()
-            behind, last = min(now - last, MOST_BEHIND), now
+            behind, last = min(now - last, MAX_BEHIND), now
             if not run.paused:
                 run.advance(behind * run.pace)
             self.draw()

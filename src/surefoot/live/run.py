@@ -14,8 +14,7 @@ from typing import Any, NamedTuple
 
 from surefoot.dcm.pushes import Push
 from surefoot.errors import SurefootError
-from surefoot.live.sample import SAMPLING, Sample, sample_of
-from surefoot.live.story import Story
+from surefoot.live.story import SAMPLING, Sample, Story, sample_of
 from surefoot.rollout.rollout import Rollout
 from surefoot.rollout.snapshot import Snapshot
 from surefoot.worlds.steering import Steering

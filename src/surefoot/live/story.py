@@ -1,9 +1,10 @@
-"""What happens in a walk, in a plain sentence: what the push was, and what became of the step."""
+"""What happens in a walk, in a sentence and as samples: the push, and what became of the step."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,7 +16,10 @@ from surefoot.robot.feet import Footstep
 from surefoot.robot.robot import Robot
 from surefoot.rollout.rollout import Rollout
 from surefoot.rollout.snapshot import Snapshot
-from surefoot.show.walk_words import DIRECTIONS, fall_evidence, velocity_words
+from surefoot.show.words import direction_words, fall_evidence, velocity_words
+
+SAMPLING = 0.02
+"""How often a sample is taken [s]."""
 
 SAME_PLACE, SAME_TIME = 0.01, 0.01
 """A landing that differs by less is the same [m, s]."""
@@ -23,6 +27,30 @@ SAME_PLACE, SAME_TIME = 0.01, 0.01
 BACK, BACK_STEPS = 0.03, 2
 """How near the DCM offset of a touchdown is to the gait's, in so many steps in a row, of a robot
 that is back in its gait [m]."""
+
+
+class Sample(NamedTuple):
+    """One instant for the charts: (x, y) along and across the standing sole [m], and times [s]."""
+
+    time: float
+    dcm: tuple[float, float]
+    zmp: tuple[float, float]
+    step_duration: float
+    decision_time: float
+
+
+def sample_of(snapshot: Snapshot, decision_time: float) -> Sample:
+    """The sample of an instant, with the longest decision since the last one [s]."""
+    seen = snapshot.observation
+    foot, yaw = seen["support_foot"], float(seen["support_yaw"])
+    zmp = [a - b for a, b in zip(snapshot.floor_zmp, foot, strict=True)]
+    return Sample(
+        snapshot.time,
+        rotated(seen["dcm"] - foot, -yaw),
+        rotated(zmp, -yaw),
+        float(snapshot.command["step_duration"]),
+        decision_time,
+    )
 
 
 @dataclass(frozen=True)
@@ -36,12 +64,12 @@ class _Plan:
 
 
 class Story:
-    """Told what happens, it says it.
+    """The sentence of a walk: it is given every push and every instant.
 
     Args:
         gait: nominal.
         robot: who walks.
-        velocity: commanded [m/s]; the gait of a body is told another one, to make up for errors.
+        velocity: commanded [m/s]; that of a body's gait differs, to make up for errors.
 
     Attributes:
         sentence: the latest.
@@ -68,7 +96,7 @@ class Story:
             snapshot: of the moment before.
         """
         impulse = math.hypot(*push.impulse)
-        towards = DIRECTIONS[round(direction / (0.25 * math.pi)) % 8]
+        towards = direction_words(direction)
         self._push = f"Pushed {impulse:.0f} N s {towards} ({impulse / self._robot.mass:.2f} m/s)"
         self._plan, self._landed = _plan_of(snapshot), ""
         self._acts_until = push.end
@@ -196,7 +224,6 @@ def _changes(away: np.ndarray, late: float, yaw: float) -> str:
         said.append(f"{abs(late):.2f} s {'late' if late > 0.0 else 'early'}")
     distance = float(np.linalg.norm(away))
     if distance > SAME_PLACE:
-        angle = math.atan2(away[1], away[0]) - yaw
-        towards = DIRECTIONS[round(angle / (0.25 * math.pi)) % 8]
+        towards = direction_words(math.atan2(away[1], away[0]) - yaw)
         said.append(f"{distance:.2f} m further {towards}")
     return " and ".join(said)

@@ -13,8 +13,7 @@ from typing import Literal
 import msgspec
 
 from surefoot.errors import RobotError
-from surefoot.robot.gait import GaitLimits
-from surefoot.robot.swing import Swing
+from surefoot.robot.gait import GaitLimits, Swing
 
 GENERATED_MODELS = ("paper-biped",)
 """Models that Surefoot makes rather than reads."""

@@ -13,40 +13,42 @@ import numpy as np
 from numpy.typing import NDArray
 
 from surefoot.compiled import njit
+from surefoot.record import Array, Record, Vector2, Vector3, field
 from surefoot.robot.multibody import Multibody
 
 SOLE = -1
 """Stands for the hinge of a link that has none."""
 
-LINK = np.dtype(
-    [
-        ("leg", "i8"),
-        ("hinge", "i8"),
-        ("rotation", "f8", (3, 3)),
-        ("offset", "f8", (3,)),
-        ("anchor", "f8", (3,)),
-        ("axis", "f8", (3,)),
-        ("zero", "f8"),
-    ]
-)
-"""A link: leg (0 left, 1 right), index of its hinge among the joints or `SOLE`, pose against the
-link before, a point [m] and the direction of the hinge in the link, and the angle at which it is
-not turned [rad]."""
-
-SOLES = np.dtype(
-    [
-        ("position", "f8", (2, 3)),
-        ("rotation", "f8", (2, 3, 3)),
-        ("spread", "f8", (2, 3)),
-        ("turn_spread", "f8", (2,)),
-    ]
-)
-"""Of both soles in the frame of the base: position [m], rotation, and what an error of 1 rad in
-every encoder makes, root of the sum of squares: of the position in each axis [m], and of the
-heading [rad]."""
-
-MOST_HINGES = 16
+MAX_HINGES = 16
 """A leg has no more."""
+
+
+class Link(Record):
+    """A link of a leg."""
+
+    leg: int = field("", "0 left, 1 right")
+    hinge: int = field("", "index of its hinge among the joints, or `SOLE`")
+    rotation: Array = field("-", "against the link before", shape=(3, 3))
+    offset: Vector3 = field("m", "likewise")
+    anchor: Vector3 = field("m", "a point of the hinge in the link")
+    axis: Vector3 = field("-", "direction of the hinge in the link")
+    zero: float = field("rad", "angle at which it is not rotated")
+
+
+class Soles(Record):
+    """Both soles in the frame of the base, and how well encoders tell where they are.
+
+    The spread is what an error of 1 rad in every encoder makes, root of the sum of squares.
+    """
+
+    position: Array = field("m", "centres", shape=(2, 3))
+    rotation: Array = field("-", "their frames", shape=(2, 3, 3))
+    spread: Array = field("m", "of the position in each axis", shape=(2, 3))
+    turn_spread: Vector2 = field("rad", "of the heading")
+
+
+LINK, SOLES = Link.DTYPE, Soles.DTYPE
+"""The same for kernels, which know no classes."""
 
 
 @njit
@@ -78,11 +80,11 @@ def find_soles(links, angles, soles):
     """Forward kinematics of both legs.
 
     Args:
-        links: of both legs, from the base outwards, records of `LINK`.
+        links: of both legs, from the base outwards, records of `Link`.
         angles: of all joints [rad].
-        soles: a `SOLES` record, changed.
+        soles: a `Soles` record, changed.
     """
-    axes, points = np.empty((MOST_HINGES, 3)), np.empty((MOST_HINGES, 3))
+    axes, points = np.empty((MAX_HINGES, 3)), np.empty((MAX_HINGES, 3))
     rotation, position, turn, hinges = np.eye(3), np.zeros(3), np.eye(3), 0
     still = np.eye(3)
     for k in range(links.shape[0]):
@@ -124,9 +126,9 @@ def _spread(axes, points, hinges, position, soles, leg):
 
 
 def leg_links(multibody: Multibody) -> NDArray[np.void]:
-    """The links of both legs of a mechanism, shape (n,), records of `LINK`."""
+    """The links of both legs of a mechanism, shape (n,), records of `Link`."""
     links = np.concatenate([_leg(multibody, leg) for leg in (0, 1)])
-    soles = np.zeros(1, SOLES)
+    soles = np.zeros(1, Soles.DTYPE)
     find_soles(links, multibody.nominal[7:], soles[0])
     for leg in (0, 1):
         (last,) = np.flatnonzero((links["leg"] == leg) & (links["hinge"] == SOLE))
@@ -154,7 +156,7 @@ def _leg(multibody: Multibody, leg: int) -> NDArray[np.void]:
     offset = offset + rotation @ model.site_pos[site]
     rotation = rotation @ _matrix(model.site_quat[site])
     rows.append((leg, SOLE, rotation, offset, np.zeros(3), np.zeros(3), 0.0))
-    return np.array(rows, LINK)
+    return np.array(rows, Link.DTYPE)
 
 
 def _matrix(quaternion: NDArray[np.float64]) -> NDArray[np.float64]:

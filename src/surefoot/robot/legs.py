@@ -1,12 +1,18 @@
-"""Geometry of a mechanism's legs, found in its model: hips, knees, ankles."""
+"""Geometry of a mechanism's legs, found in its model, and how it stands in its nominal pose.
+
+Hips, knees and ankles are the joints that pitch; of the pose it says where the soles are, and what
+legs carry and reach.
+"""
 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
 from surefoot.errors import RobotError
 from surefoot.robot.multibody import Multibody
@@ -120,3 +126,160 @@ def leg_joints(multibody: Multibody, foot: int) -> list[int]:
         chain = [j for j in range(first, first + count) if j in joints] + chain
         body = int(multibody.model.body_parentid[body])
     return chain
+
+
+@dataclass(frozen=True)
+class Leg:
+    """One leg, from the hip down.
+
+    Attributes:
+        joints: names of its motors' joints.
+        links: indices of its bodies, the foot last.
+        knee: joint between hip pitch and ankle pitch; empty if there are not just three joints that
+            turn about y.
+        ankle: the joint that turns about y below the knee; empty without a knee.
+        sole_ahead: how far the centre of the sole lies ahead of the ankle [m], nan without one.
+        straight: thigh and shank together [m], nan without a knee.
+        length: distance of hip and ankle in the nominal pose [m].
+    """
+
+    joints: tuple[str, ...]
+    links: tuple[int, ...]
+    knee: str
+    ankle: str
+    sole_ahead: float
+    straight: float
+    length: float
+
+    @property
+    def step_reach(self) -> float:
+        """Longest step with the hip midway between the ankles at its nominal height [m]."""
+        return 2.0 * float(np.sqrt(max(self.straight**2 - self.length**2, 0.0)))
+
+
+@dataclass(frozen=True)
+class NominalPose:
+    """What a mechanism's nominal pose is like; the middle of the soles is the origin.
+
+    Attributes:
+        com: centre of mass (x, y, z) [m].
+        soles: centres of the soles, a row for each foot [m].
+        axes: axes of the soles, for each foot in columns.
+        legs: left and right.
+        foot_shapes: points of each foot's surface in the frame of its sole [m]; none if the model
+            has no shapes.
+        load: largest torque of each motor with the weight on one foot or the other [N m].
+    """
+
+    com: NDArray[np.float64]
+    soles: NDArray[np.float64]
+    axes: NDArray[np.float64]
+    legs: tuple[Leg, Leg]
+    foot_shapes: tuple[NDArray[np.float64], NDArray[np.float64]] = field(repr=False)
+    load: NDArray[np.float64]
+
+    @property
+    def spacing(self) -> float:
+        """Lateral distance of the soles, left minus right [m]."""
+        return float(self.soles[0, 1] - self.soles[1, 1])
+
+
+def measure_pose(mechanism: Multibody) -> NominalPose:
+    """Look at a mechanism in its nominal pose."""
+    data = mechanism.data()
+    sites = list(mechanism.soles)
+    left, right = (_leg(mechanism, data, foot) for foot in (0, 1))
+    shape_left, shape_right = (_foot_shape(mechanism, data, foot) for foot in (0, 1))
+    return NominalPose(
+        com=data.subtree_com[mechanism.base].copy(),
+        soles=data.site_xpos[sites].copy(),
+        axes=data.site_xmat[sites].reshape(2, 3, 3).copy(),
+        legs=(left, right),
+        foot_shapes=(shape_left, shape_right),
+        load=np.max([np.abs(one_foot_torque(mechanism, foot)) for foot in (0, 1)], axis=0),
+    )
+
+
+def one_foot_torque(mechanism: Multibody, foot: int) -> NDArray[np.float64]:
+    """Torques that carry the nominal pose on one foot, as in the middle of a slow step.
+
+    The ZMP rests at the centre of the sole, the force from there goes through the CoM, so that the
+    robot does not turn: f = m g (c - p) / c_z, and every link accelerates by g (c - p) / c_z
+    sideways, as the LIPM does. Inverse dynamics then asks nothing of the base.
+
+    Args:
+        mechanism: whose torques.
+        foot: that carries the weight, 0 left, 1 right.
+
+    Returns:
+        Of each motor [N m].
+    """
+    return _one_foot_forces(mechanism, foot)[mechanism.motor_dofs]
+
+
+def _one_foot_forces(mechanism: Multibody, foot: int) -> NDArray[np.float64]:
+    """The same for all degrees of freedom; nothing where no motor is."""
+    model, data = mechanism.model, mechanism.data()
+    site = mechanism.soles[foot]
+    lever = data.subtree_com[mechanism.base] - data.site_xpos[site]
+    slope = mechanism.robot.gravity * lever / lever[2]
+    data.qvel[:] = data.qacc[:] = 0.0
+    free = model.jnt_dofadr[model.body_jntadr[mechanism.base]]
+    data.qacc[free : free + 2] = slope[:2]
+    forces, jacobian = np.zeros(model.nv), np.zeros((3, model.nv))
+    mujoco.mj_rne(model, data, 1, forces)
+    mujoco.mj_jacSite(model, data, jacobian, None, site)
+    return forces - jacobian.T @ (mechanism.mass * slope)
+
+
+def _leg(mechanism: Multibody, data: mujoco.MjData, foot: int) -> Leg:
+    model = mechanism.model
+    links = [mechanism.feet[foot]]
+    while model.body_parentid[links[0]] not in (mechanism.base, 0):
+        links.insert(0, int(model.body_parentid[links[0]]))
+    joints = leg_joints(mechanism, mechanism.feet[foot])
+    names = tuple(model.joint(joint).name for joint in joints)
+    pitch = [joint for joint in joints if abs(data.xaxis[joint, 1]) > MOSTLY]
+    if len(pitch) != JOINTS_THAT_PITCH:
+        return Leg(names, tuple(links), "", "", np.nan, np.nan, np.nan)
+    hip, knee, ankle = data.xanchor[pitch]
+    return Leg(
+        joints=names,
+        links=tuple(links),
+        knee=model.joint(pitch[1]).name,
+        ankle=model.joint(pitch[2]).name,
+        sole_ahead=float(data.site_xpos[mechanism.soles[foot], 0] - ankle[0]),
+        straight=float(np.linalg.norm(hip - knee) + np.linalg.norm(knee - ankle)),
+        length=float(np.linalg.norm(hip - ankle)),
+    )
+
+
+def _foot_shape(mechanism: Multibody, data: mujoco.MjData, foot: int) -> NDArray[np.float64]:
+    model = mechanism.model
+    body, site = mechanism.feet[foot], mechanism.soles[foot]
+    points = [
+        data.geom_xpos[geom] + _surface(model, geom) @ data.geom_xmat[geom].reshape(3, 3).T
+        for geom in range(model.ngeom)
+        if _carries(model, body, model.geom_bodyid[geom]) and not model.geom_contype[geom]
+    ]
+    if not points:
+        return np.zeros((0, 3))
+    return (np.vstack(points) - data.site_xpos[site]) @ data.site_xmat[site].reshape(3, 3)
+
+
+def _carries(model: mujoco.MjModel, body: int, other: int) -> bool:
+    """Whether a body is the other one, or the other one is fixed to it."""
+    while other != body and other and not model.body_jntnum[other]:
+        other = int(model.body_parentid[other])
+    return other == body
+
+
+def _surface(model: mujoco.MjModel, geom: int) -> NDArray[np.float64]:
+    """Points on a shape, in its own frame [m]; the corners of its box where it is round."""
+    if model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_MESH:
+        mesh = model.geom_dataid[geom]
+        start = model.mesh_vertadr[mesh]
+        return model.mesh_vert[start : start + model.mesh_vertnum[mesh]].astype(float)
+    centre, half = model.geom_aabb[geom, :3], model.geom_aabb[geom, 3:]
+    corners = np.array(np.meshgrid(*[(-1.0, 1.0)] * 3)).reshape(3, 8).T
+    return centre + corners * half

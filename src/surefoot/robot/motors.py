@@ -31,19 +31,20 @@ def torque_range(torque, speed, limit):
 
 
 @njit
-def motor_torques(
-    torque, position, velocity, stiffness, damping, angles, speeds, most, limits, given
-):
-    """Write what the motors give, of what they are told.
+def motor_torques(wanted, gains, measured, limits, given):
+    """Write what the motors give of what they are commanded.
 
     Args:
-        torque, position, velocity, stiffness, damping: as in `JointCommand`.
-        angles, speeds: of the joints, in the order of the motors [rad, rad/s].
-        most, limits: of the motors [N m, rad/s].
+        wanted: torque, position and velocity, as in `JointCommand` [N m, rad, rad/s].
+        gains: stiffness and damping, likewise [N m/rad, N m s/rad].
+        measured: position and velocity of the joints, in the order of the motors [rad, rad/s].
+        limits: torque and speed of the motors [N m, rad/s].
         given: written [N m].
     """
+    torque, position, velocity = wanted
+    (stiffness, damping), (angles, speeds), (max_torque, max_speed) = gains, measured, limits
     for j in range(torque.shape[0]):
-        wanted = torque[j] + stiffness * (position[j] - angles[j])
-        wanted += damping * (velocity[j] - speeds[j])
-        least, largest = torque_range(most[j], speeds[j], limits[j])
-        given[j] = min(max(wanted, least), largest)
+        asked = torque[j] + stiffness * (position[j] - angles[j])
+        asked += damping * (velocity[j] - speeds[j])
+        low, high = torque_range(max_torque[j], speeds[j], max_speed[j])
+        given[j] = min(max(asked, low), high)

@@ -17,10 +17,14 @@ from numpy.typing import NDArray
 
 from surefoot.errors import RobotError
 from surefoot.robot.body import Body
-from surefoot.robot.bumps import NO_BOARDS
-from surefoot.robot.floor import FLOOR, LEG_BIT, SOLE, SOLE_TIME, add_world
+from surefoot.robot.floor import NO_BOARDS
 from surefoot.robot.model_spec import (
+    FLOOR,
+    LEG_BIT,
+    SOLE,
+    SOLE_TIME,
     ModelSpec,
+    add_world,
     by_pattern,
     find_body,
     matching_joints,
@@ -45,7 +49,7 @@ ROLL_HEIGHT, ROLL_STIFFNESS, ROLL_DAMPING, ROLL_INERTIA = 0.025, 0.01874, 0.0039
 """Of a passive ankle roll that the model does not have, in `OwnUnits`: a fiftieth of the stiffness
 m g h that would hold the robot up [h, m g h, m g h / omega, m h^2]."""
 
-MOST_MASS_ERROR = 0.05
+MAX_MASS_ERROR = 0.05
 """Of the mass in a robot's file, against that of its model [-]."""
 
 _INERTIAL = {
@@ -149,7 +153,7 @@ def load_multibody(
 
     Args:
         robot: with a `[body]`.
-        boards: that lie on the floor, see `robot.bumps`.
+        boards: that lie on the floor, see `robot.floor`.
         any_mass: whether the model may weigh something else than the robot's file says; for those
             who look for what is wrong.
 
@@ -189,9 +193,9 @@ def load_multibody(
 
 def _check_mass(mechanism: Multibody) -> None:
     mass, robot = mechanism.mass, mechanism.robot
-    if abs(robot.mass - mass) > MOST_MASS_ERROR * mass:
+    if abs(robot.mass - mass) > MAX_MASS_ERROR * mass:
         raise RobotError(
-            f"the mass of the model, {mass:.4g} kg, to {100.0 * MOST_MASS_ERROR:g} %",
+            f"the mass of the model, {mass:.4g} kg, to {100.0 * MAX_MASS_ERROR:g} %",
             f"mass = {robot.mass:g} kg in the file of {robot.name!r}",
             f"write mass = {mass:.4g}, or mend the model; `surefoot robots check` tells more",
         )

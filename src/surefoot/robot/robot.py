@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import tomllib
-from importlib import resources
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, get_args
 
@@ -12,12 +12,18 @@ import msgspec
 
 from surefoot.checks import closest
 from surefoot.errors import RobotError
+from surefoot.plugins import places
 from surefoot.robot.body import Body
-from surefoot.robot.gait import GaitLimits
-from surefoot.robot.swing import Swing, check_positive
+from surefoot.robot.gait import GaitLimits, Swing, check_positive
 
 STANDARD_GRAVITY = 9.81
 """Gravitational acceleration, which a robot file may override [m/s^2]."""
+
+PRESETS = Path(__file__).parent / "presets"
+"""The files of the robots that Surefoot ships."""
+
+GROUP = "surefoot.robots"
+"""The group of entry points: packages with files of robots."""
 
 
 class Foot(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
@@ -194,20 +200,46 @@ def _times(factor: float, pair: tuple[float, float]) -> tuple[float, float]:
 
 
 def preset_names() -> list[str]:
-    """The robots that Surefoot ships, sorted by name."""
-    folder = resources.files("surefoot.robot") / "presets"
-    return sorted(
-        entry.name.removesuffix(".toml")
-        for entry in folder.iterdir()
-        if entry.name.endswith(".toml")
-    )
+    """The robots that Surefoot ships and that installed packages bring, sorted by name.
+
+    A package brings TOML files, named like the robots, in the folder of a package of its own that
+    an entry point of the group `surefoot.robots` names.
+
+    Raises:
+        RobotError: an entry point names no package.
+    """
+    return sorted(_preset_files())
+
+
+def _preset_files() -> dict[str, list[Path]]:
+    """The files of all presets by name; those of one name are Surefoot's own first."""
+    files: dict[str, list[Path]] = {}
+    for folder in [PRESETS, *(_folder(*entry) for entry in places(GROUP).items())]:
+        for path in folder.glob("*.toml"):
+            files.setdefault(path.stem, []).append(path)
+    return files
+
+
+def _folder(name: str, package: str) -> Path:
+    try:
+        found = find_spec(package)
+    except ModuleNotFoundError:
+        found = None
+    if found is None or not found.submodule_search_locations:
+        raise RobotError(
+            f"a package with robot files at the entry point {name!r} of {GROUP}",
+            repr(package),
+            "repair or uninstall the distribution that brings it",
+        )
+    return Path(found.submodule_search_locations[0])
 
 
 def load_robot(name_or_path: str | Path) -> Robot:
     """Load a robot by the name of a preset or from a TOML file.
 
     Args:
-        name_or_path: a preset such as "paper-biped", or a path that ends in .toml.
+        name_or_path: a preset such as "paper-biped", see `preset_names`, or a path that ends in
+            .toml.
 
     Returns:
         The robot, every value checked.
@@ -217,33 +249,48 @@ def load_robot(name_or_path: str | Path) -> Robot:
             the message names the file and the key.
     """
     if str(name_or_path).endswith(".toml"):
-        return _read_file(Path(name_or_path))
-    return parse_robot(preset_text(str(name_or_path)), str(name_or_path))
+        return _read_robot(Path(name_or_path), str(name_or_path))
+    return _read_robot(_preset_file(str(name_or_path)), str(name_or_path))
 
 
 def preset_text(name: str) -> str:
     """The TOML file of a preset, to start one's own from.
 
     Raises:
-        RobotError: there is no such preset.
+        RobotError: there is no such preset, or more than one.
     """
-    if name not in preset_names():
+    return _read_text(_preset_file(name))
+
+
+def _preset_file(name: str) -> Path:
+    files = _preset_files()
+    if name not in files:
         raise RobotError(
-            f"a preset ({', '.join(preset_names())}) or a path ending in .toml",
+            f"a preset ({', '.join(sorted(files))}) or a path ending in .toml",
             repr(name),
             "run `surefoot robots` to see the presets",
         )
-    return (resources.files("surefoot.robot") / "presets" / f"{name}.toml").read_text("utf-8")
+    first, *others = files[name]
+    if others:
+        raise RobotError(
+            f"one robot of the name {name!r}",
+            " and ".join(map(str, files[name])),
+            "uninstall a package, or name the robot by the path of its file",
+        )
+    return first
 
 
-def _read_file(path: Path) -> Robot:
+def _read_text(path: Path) -> str:
     try:
-        text = path.read_text(encoding="utf-8")
+        return path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
         raise RobotError(
             "a readable robot file", f"{path}: {error}", "check the path and its permissions"
         ) from error
-    robot = parse_robot(text, str(path))
+
+
+def _read_robot(path: Path, origin: str) -> Robot:
+    robot = parse_robot(_read_text(path), origin)
     # A rollout carries its robot elsewhere, so the model's place must not depend on where one is.
     return robot if robot.body is None else robot.replace(body=robot.body.beside(path.parent))
 

@@ -3,7 +3,7 @@
 A rollout keeps what was seen and commanded, not why. A `DecisionLog` that watches a walk keeps the
 decisions as they are made. And states are values and controllers are
 deterministic: what was seen gives the same states again, to the bit. So `decisions` finds those of
-a walk that was saved long ago, and a walk costs no memory for what nobody asks.
+a walk that was saved long ago, and a walk costs no memory for decisions that are not needed.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from surefoot.rollout.rollout import Rollout
 
 @runtime_checkable
 class Decider(Controller, Protocol):
-    """A controller that tells what it decided."""
+    """A controller that keeps its decision in its state."""
 
     def decision(self, state: NDArray[np.void]) -> Decision:
         """What was decided in the cycle that led to this state."""

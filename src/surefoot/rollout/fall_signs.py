@@ -45,7 +45,7 @@ OFF_TARGET = 0.075
 """A foot that lands so far from its target was too slow."""
 
 UNREACHABLE_TIME = 0.07
-"""For so long the leg must be told to be too slow."""
+"""For so long the status of the decision must be `UNREACHABLE`."""
 
 TRIP_SPEED, TRIP_PART, LIFT_TIME = 0.107, 0.8, 0.35
 """A swinging sole trips that meets the floor at this speed before this part of its step [-], but
@@ -192,10 +192,10 @@ def _torque_limits(walk: FallenWalk) -> Iterator[Sign]:
 
 def _slow_legs(walk: FallenWalk) -> Iterator[Sign]:
     trace, rows = walk.trace, walk.rows(UNREACHABLE_TIME)
-    told = (walk.commands["status"] & Status.UNREACHABLE) != 0
+    slow = (walk.commands["status"] & Status.UNREACHABLE) != 0
     for first, last, foot in walk.stances():
         swing = 1 - foot
-        spells = _lasting(told[first:last], rows)
+        spells = _lasting(slow[first:last], rows)
         if spells:
             yield Sign(
                 FallCause.LEG_TOO_SLOW,
@@ -268,7 +268,7 @@ def _missed_grounds(walk: FallenWalk) -> Iterator[Sign]:
 def _out_of_reach(walk: FallenWalk) -> Iterator[Sign]:
     """The DCM is where no landing, however early or late, leaves one that can be saved.
 
-    From the standing foot it may be as far as the furthest step and the largest viable offset after
+    From the standing foot it may be as far as the longest step and the largest viable offset after
     it, less what it still grows until then about the edge of the sole.
     """
     believed = walk.trace.believed
@@ -280,7 +280,7 @@ def _out_of_reach(walk: FallenWalk) -> Iterator[Sign]:
         low, high = (np.add(step, offset) for step, offset in boxes)
         left = [np.maximum(time - seen["elapsed"], 0.0)[:, None] for time in times]
         parts = np.exp(-walk.trace.omega * left[0]), np.exp(-walk.trace.omega * left[1])
-        past, before = away - furthest(high, half, parts), -away - furthest(-low, half, parts)
+        past, before = away - max_dcm(high, half, parts), -away - max_dcm(-low, half, parts)
         beyond = np.maximum(past, before).max(axis=1)
         at = np.flatnonzero(beyond > 0.0)[:1]
         if len(at):
@@ -308,7 +308,7 @@ def sole_edge(trace: BodyTrace) -> Array:
     return np.array([ahead, across])
 
 
-def furthest(most: Array, edge: Array, parts: tuple[Array, Array]) -> Array:
+def max_dcm(most: Array, edge: Array, parts: tuple[Array, Array]) -> Array:
     """How far the DCM may be to one side [m], for a landing that leaves it no further than `most`.
 
     With the ZMP at the edge e of the sole, DCM(T) = e + (DCM - e) e^(omega T) <= most, so

@@ -150,8 +150,8 @@ def _estimate(rollout: Rollout, trace: BodyTrace) -> dict[str, float]:
     rows = trace.walking
     if not len(trace.told_position) or not rows.any():
         return {}
-    told, truth = rollout.seen[rows], rollout.observations[rows]
-    dcm = (told["dcm"] - told["support_foot"]) - (truth["dcm"] - truth["support_foot"])
+    given, truth = rollout.seen[rows], rollout.observations[rows]
+    dcm = (given["dcm"] - given["support_foot"]) - (truth["dcm"] - truth["support_foot"])
     place = trace.told_position[rows, :3] - trace.position[rows, :3]
     velocity = trace.told_velocity[rows, :3] - trace.velocity[rows, :3]
     # Twice the vector part of the quaternion that turns one base into the other.

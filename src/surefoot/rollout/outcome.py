@@ -149,7 +149,7 @@ def is_settled(monitor, rule) -> bool:
     """
     mean_x, mean_y = mean_velocity(monitor)
     velocity = rule.velocity
-    # Comparisons with NaN are false: nobody is settled before two steps are finished.
+    # Comparisons with NaN are false: no walk is settled before two steps are finished.
     return (
         monitor.last_error < rule.error
         and length(mean_x - velocity[0], mean_y - velocity[1]) <= rule.deviation

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from surefoot.geometry import rotated_by
-from surefoot.robot.bumps import FloorHeight, laid_boards
+from surefoot.robot.floor import FloorHeight, laid_boards
 from surefoot.robot.own_units import OwnUnits
 from surefoot.robot.robot import Robot
 from surefoot.rollout.fall import BodyFall, find_fall
@@ -81,7 +81,7 @@ class HeldSpeed:
 
     @property
     def is_held(self) -> bool:
-        """Whether the robot went where it was told to, in steps that the ground ended."""
+        """Whether the robot held its commanded velocity, in steps that the ground ended."""
         away = math.dist(self.velocity, self.commanded)
         return away <= self.allowed and self.duration >= STEP_PART * self.planned
 
@@ -215,7 +215,7 @@ class BodyTrace:
         return begin, commanded, end
 
     def held_speed(self, walk: Rollout) -> HeldSpeed | None:
-        """The speed that the body held, None if it did not walk for long enough to tell.
+        """The speed that the body held, None if it did not walk for long enough.
 
         Args:
             walk: whose trace this is.

@@ -1,4 +1,4 @@
-"""Pictures of a mechanism without a screen, by MuJoCo's own renderer."""
+"""Pictures of a mechanism without a screen, by MuJoCo: which shapes of it are drawn, and how."""
 
 from __future__ import annotations
 
@@ -12,9 +12,33 @@ import numpy as np
 from numpy.typing import NDArray
 
 from surefoot.errors import DisplayError
+from surefoot.robot.multibody import Multibody
 
-MOST_SHAPES = 4000
+MAX_SHAPES = 4000
 """In a scene."""
+
+_LOOKS, _CONTACTS = (0, 1, 2), 3
+"""Groups of shapes, as MuJoCo's models use them; the legs' capsules are in the latter."""
+
+
+def shown_groups(mechanism: Multibody) -> tuple[int, ...]:
+    """Groups of shapes to draw: the looks, and the legs' capsules where looks are missing."""
+    model = mechanism.model
+    looks = np.isin(model.geom_group, _LOOKS) & (model.geom_bodyid > 0)
+    return _LOOKS if looks.any() and not mechanism.unseen else (*_LOOKS, _CONTACTS)
+
+
+def shown_shapes(mechanism: Multibody) -> Any:
+    """Options of MuJoCo to draw the `shown_groups`."""
+    options, groups = mujoco.MjvOption(), shown_groups(mechanism)
+    options.geomgroup[:] = [group in groups for group in range(len(options.geomgroup))]
+    return options
+
+
+def lighten(scene: mujoco.MjvScene, darkest: float) -> None:
+    """Make no shape darker than this mean of red, green and blue, from 0 to 1."""
+    for shape in scene.geoms[: scene.ngeom]:
+        shape.rgba[:3] += max(darkest - shape.rgba[:3].mean(), 0.0)
 
 
 class OffScreen:
@@ -38,7 +62,7 @@ class OffScreen:
         try:
             self._gl = _gl_context()(width, height)
             self._gl.make_current()
-            self.scene = mujoco.MjvScene(model, MOST_SHAPES)
+            self.scene = mujoco.MjvScene(model, MAX_SHAPES)
             self._context = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_150.value)
         except (ImportError, AttributeError, OSError, RuntimeError, mujoco.FatalError) as error:
             raise DisplayError(error) from error

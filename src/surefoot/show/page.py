@@ -1,18 +1,21 @@
-"""Where the parts of a page go: a long walk above its plots over time, a compact one beside."""
+"""Where the parts of a page go: a long walk above its plots over time, a compact one beside.
+
+A body has more plots, and a legend beside each of them: its walk is always above.
+"""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from surefoot.show.ground import Extent
-from surefoot.show.push_arrows import LINE
-from surefoot.show.time_plots import HEIGHTS
+from surefoot.show.ground import LINE, Extent
 
-WIDTH = 11.0
+WIDTH, BODY_WIDTH = 11.0, 12.0
 """Of the page [in]."""
 
 LONG = 2.2
@@ -20,7 +23,18 @@ LONG = 2.2
 
 _LEFT, _RIGHT, _GAP, _FOOT = 0.9, 0.3, 0.13, 0.5
 _COLUMN = 4.3
-_TIME_HEIGHT = sum(HEIGHTS) + _GAP * (len(HEIGHTS) - 1)
+
+_BODY_LEFT, _BODY_RIGHT, _BODY_GAP = 0.95, 1.9, 0.12
+_BODY_VIEW = BODY_WIDTH - _BODY_LEFT - _BODY_RIGHT
+
+TALLEST, SHORTEST = 4.6, 1.7
+"""Of the top view of a body [in]."""
+
+COARSEST, HIGHEST = 0.25, 7.5
+"""A top view whose scale would be coarser [m/in] is as much taller, up to this height [in]."""
+
+Box = tuple[float, float, float, float]
+"""Left, top, width and height from the upper left corner of the page, downwards [in]."""
 
 
 @dataclass(frozen=True)
@@ -28,76 +42,101 @@ class Page:
     """Places on a page, from its upper left corner, downwards [in].
 
     Attributes:
-        height: of the page.
+        width, height: of the page.
         shown: the ground that the top view shows, in the proportions of its box.
-        top_view: left, top, width, height of the top view.
-        time_plots: left, top and width of the plots over time.
+        top_view: box of the top view.
+        time_plots: boxes of the plots over time, from the top.
         legend: left and top of the legend.
-        legend_columns: how many it has.
+        legend_look: how its entries are set.
     """
 
+    width: float
     height: float
     shown: Extent
-    top_view: tuple[float, float, float, float]
-    time_plots: tuple[float, float, float]
+    top_view: Box
+    time_plots: list[Box]
     legend: tuple[float, float]
-    legend_columns: int
+    legend_look: dict[str, Any]
 
-    def add_axes(self, figure: Figure, box: tuple[float, float, float, float]) -> Axes:
-        """Axes at left, top, width, height [in]."""
+    def add_axes(self, figure: Figure, box: Box) -> Axes:
+        """Axes in a box."""
         left, top, width, height = box
         bottom = self.height - top - height
         return figure.add_axes(
-            (left / WIDTH, bottom / self.height, width / WIDTH, height / self.height)
+            (left / self.width, bottom / self.height, width / self.width, height / self.height)
         )
 
-    def add_time_axes(self, figure: Figure) -> list[Axes]:
-        """The axes of the plots over time, from the top."""
-        left, top, width = self.time_plots
-        axes = []
-        for height in HEIGHTS:
-            axes.append(self.add_axes(figure, (left, top, width, height)))
-            top += height + _GAP
-        return axes
+    def at(self, left: float, top: float) -> tuple[float, float]:
+        """A place as matplotlib wants it: parts of the figure, from the lower left corner."""
+        return left / self.width, 1.0 - top / self.height
 
 
-def view_size(extent: Extent) -> tuple[float, float]:
+def view_size(extent: Extent, of_body: bool) -> tuple[float, float]:
     """Width and height of the top view [in]."""
     aspect = extent.size[0] / extent.size[1]
+    if of_body:
+        tallest = min(max(extent.size[1] / COARSEST, TALLEST), HIGHEST)
+        return _BODY_VIEW, min(max(_BODY_VIEW / aspect, SHORTEST), tallest)
     if aspect >= LONG:
         width = WIDTH - _LEFT - _RIGHT
         return width, max(width / aspect, 1.6)
     return _COLUMN, min(_COLUMN / aspect, 5.4)
 
 
-def lay_out(extent: Extent, title_height: float, push_lines: int, entries: int) -> Page:
+def lay_out(
+    extent: Extent,
+    of_body: bool,
+    title_height: float,
+    push_lines: int,
+    entries: int,
+    heights: Sequence[float],
+) -> Page:
     """Plan a page.
 
     Args:
         extent: the ground to show.
+        of_body: whether the walk is that of a body.
         title_height: what the title needs [in].
         push_lines: lines of words above the top view.
         entries: of the legend.
+        heights: of the plots over time [in].
     """
-    width, height = view_size(extent)
-    top = title_height + 0.12 + LINE * push_lines
-    top_view = (_LEFT, top, width, height)
+    width, height = view_size(extent, of_body)
+    shown, top = extent.filling(width, height), title_height + 0.12 + LINE * push_lines
+    if of_body:
+        top += 0.04
+        plots = _below_each_other(_BODY_LEFT, top + height + 0.62, width, heights, _BODY_GAP)
+        legend = (_BODY_LEFT + width + 0.1, top - 0.05)
+        look = {"fontsize": 8.0, "handlelength": 1.6}
+        top_view = (_BODY_LEFT, top, width, height)
+        return Page(BODY_WIDTH, _end(plots) + _FOOT, shown, top_view, plots, legend, look)
     below = top + height + 0.52
     wide = extent.size[0] >= LONG * extent.size[1]
     columns = 6 if wide else 2
     legend_height = 1.15 * LINE * math.ceil(entries / columns)
     if wide:
-        time_plots = (_LEFT, below + legend_height + 0.35, width)
-        end = time_plots[1] + _TIME_HEIGHT
+        plots = _below_each_other(_LEFT, below + legend_height + 0.35, width, heights, _GAP)
+        end = _end(plots)
     else:
         left = _LEFT + width + 1.05
-        time_plots = (left, title_height + 0.25, WIDTH - left - _RIGHT)
-        end = max(time_plots[1] + _TIME_HEIGHT, below + legend_height - _FOOT)
-    return Page(
-        height=end + _FOOT,
-        shown=extent.filling(width, height),
-        top_view=top_view,
-        time_plots=time_plots,
-        legend=(_LEFT, below),
-        legend_columns=columns,
-    )
+        across = WIDTH - left - _RIGHT
+        plots = _below_each_other(left, title_height + 0.25, across, heights, _GAP)
+        end = max(_end(plots), below + legend_height - _FOOT)
+    look = {"ncols": columns, "borderpad": 0.0, "handlelength": 2.2, "columnspacing": 1.2}
+    top_view = (_LEFT, top, width, height)
+    return Page(WIDTH, end + _FOOT, shown, top_view, plots, (_LEFT, below), look)
+
+
+def _below_each_other(
+    left: float, top: float, width: float, heights: Sequence[float], gap: float
+) -> list[Box]:
+    boxes = []
+    for height in heights:
+        boxes.append((left, top, width, height))
+        top += height + gap
+    return boxes
+
+
+def _end(boxes: list[Box]) -> float:
+    """The lower edge of the last box [in]."""
+    return boxes[-1][1] + boxes[-1][3]

@@ -1,4 +1,4 @@
-"""Colours, line widths and fonts of the pictures; told apart by people of every colour vision.
+"""Colours, dashes and fonts of the pictures; people of every colour vision can tell them apart.
 
 The line colours are those of Okabe and Ito; what must not be mixed up differs in lightness or in
 dashes too. What a colour means is the same in every picture.
@@ -21,6 +21,7 @@ ALARM = "#c1002b"
 PUSH = "#ffd400"
 PUSH_EDGE = "#6b5900"
 QUIET = "#6f6f6f"
+TOUCHDOWN = "#b5b5b5"
 
 SOLE = {Side.LEFT: "#cfe3f2", Side.RIGHT: "#eae1d2"}
 SOLE_EDGE = {Side.LEFT: "#6395bd", Side.RIGHT: "#a08c69"}

@@ -8,6 +8,7 @@ from pathlib import Path
 from matplotlib import style
 from matplotlib.figure import Figure
 from matplotlib.path import Path as Outline
+from matplotlib.patheffects import withStroke
 
 from surefoot.errors import FileError
 from surefoot.show import palette
@@ -20,17 +21,23 @@ FORMATS = (".png", ".pdf", ".svg")
 DPI = 160
 """Of a .png [1/in]."""
 
+HALO = [withStroke(linewidth=2.2, foreground="white")]
+"""Path effects that keep a text readable on lines and areas."""
 
-def picture_bytes(figure: Figure, form: str, title: str = "") -> bytes:
+
+def picture_bytes(figure: Figure, form: str, title: str = "", description: str = "") -> bytes:
     """A picture as the content of a file.
 
     Args:
         figure: the picture.
         form: "png", "pdf" or "svg".
-        title: what the file says of itself.
+        title: of the file.
+        description: what else the file says about the picture.
     """
     maker = f"Surefoot {VERSION}"
     about: dict[str, str | None] = {"Title": title}
+    if description:
+        about["Subject" if form == "pdf" else "Description"] = description
     if form == "png":
         about["Software"] = maker
     elif form == "pdf":
@@ -48,13 +55,13 @@ def marker_path(how: Mark) -> Outline:
     return Outline([*how.outline, how.outline[0]], closed=True)
 
 
-def write_picture(figure: Figure, path: Path, title: str = "") -> None:
-    """Write a picture; the ending of the path names the format.
+def write_picture(figure: Figure, path: Path, title: str = "", description: str = "") -> None:
+    """Write a picture; the ending of the path names the format, see `picture_bytes`.
 
     Raises:
         FileError: the file cannot be written.
     """
-    content = picture_bytes(figure, path.suffix.lower()[1:], title)
+    content = picture_bytes(figure, path.suffix.lower()[1:], title, description)
     try:
         path.write_bytes(content)
     except OSError as error:

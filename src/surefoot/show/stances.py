@@ -5,18 +5,20 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from surefoot.dcm.frame_turn import rotated
 from surefoot.dcm.nominal_gait import NominalGait, nominal_gait
 from surefoot.dcm.pushes import Push
 from surefoot.errors import SurefootError
+from surefoot.geometry import wrapped
 from surefoot.interface import Mode
 from surefoot.robot.feet import Side
 from surefoot.robot.robot import Foot
 from surefoot.rollout.rollout import Rollout
-from surefoot.show.ground import pair
 
 NOTICEABLE = 0.002
 """Displacements smaller than this cannot be seen in a picture [m]."""
@@ -70,9 +72,9 @@ class Stance:
 
 
 def stances(rollout: Rollout) -> list[Stance]:
-    """The finished steps and the one under way when the run ended, in order."""
+    """The finished steps of a point mass and the one under way when the run ended, in order."""
     side, time = rollout.support_side, rollout.time
-    cuts = [0, *(np.flatnonzero(side[1:] != side[:-1]) + 1).tolist(), len(time)]
+    cuts = [0, *touchdown_cycles(rollout), len(time)]
     parts = []
     for index, (first, last) in enumerate(pairwise(cuts)):
         finished = last < len(time)
@@ -95,6 +97,73 @@ def stances(rollout: Rollout) -> list[Stance]:
     return parts
 
 
+class Commanded(NamedTuple):
+    """What was commanded from a time on.
+
+    Attributes:
+        time: when it began [s].
+        velocity: in the robot's own heading (x, y) [m/s].
+        turning: rate of turn, counter-clockwise [rad/s].
+        standing: whether a body was to come to a stand.
+    """
+
+    time: float
+    velocity: tuple[float, float]
+    turning: float
+    standing: bool
+
+
+def commanded(rollout: Rollout) -> list[Commanded]:
+    """Every command during the run that differs from the one before, in order.
+
+    A rollout keeps the velocities of a point mass in the world's frame: while it turns, a new one
+    at every touchdown, which is the same in its own heading. Its rate of turn is not kept: it is
+    the mean of what the soles turned.
+    """
+    if rollout.body is not None:
+        return [Commanded(*command) for command in rollout.body.steering]
+    velocities: list[tuple[float, tuple[float, float]]] = []
+    for time, velocity in rollout.velocities:
+        own = own_velocity(velocity, heading_at(rollout, time))
+        if not velocities or (time <= rollout.time[-1] and own != velocities[-1][1]):
+            velocities.append((time, own))
+    ends = [time for time, _ in velocities[1:]] + [math.inf]
+    return [
+        Commanded(start, velocity, _turning(rollout, start, end), False)
+        for (start, velocity), end in zip(velocities, ends, strict=True)
+    ]
+
+
+def _turning(rollout: Rollout, start: float, end: float) -> float:
+    """Mean rate of turn of the standing soles from one touchdown to another [rad/s]."""
+    cycles = np.array([0, *touchdown_cycles(rollout)])
+    cycles = cycles[(rollout.time[cycles] >= start) & (rollout.time[cycles] <= end)]
+    if len(cycles) < 2:
+        return 0.0
+    first, last = cycles[0], cycles[-1]
+    away = wrapped(np.diff(rollout.observations["support_yaw"][cycles])).sum()
+    return round(float(away / (rollout.time[last] - rollout.time[first])), 3) + 0.0
+
+
+def heading_at(rollout: Rollout, time: float) -> float:
+    """Heading of the standing sole at a time [rad]."""
+    cycle = int(np.searchsorted(rollout.time, time, side="right")) - 1
+    return float(rollout.observations["support_yaw"][max(cycle, 0)])
+
+
+def own_velocity(velocity: tuple[float, float], heading: float) -> tuple[float, float]:
+    """A velocity of the world's frame in that of a robot with this heading [rad]."""
+    if heading == 0.0:
+        return velocity
+    x, y = rotated(velocity, -heading)
+    return round(x, 6) + 0.0, round(y, 6) + 0.0
+
+
+def walks_on_footholds(rollout: Rollout) -> bool:
+    """Whether places and times of the steps were given instead of a velocity."""
+    return rollout.controller == "FootholdTracking"
+
+
 def gait_at(rollout: Rollout, time: float) -> NominalGait | None:
     """The nominal gait for the velocity commanded at a time [s].
 
@@ -109,7 +178,7 @@ def gait_at(rollout: Rollout, time: float) -> NominalGait | None:
 
 
 def _fixed_duration(rollout: Rollout) -> float | None:
-    """T_nom if the controller was told one, else None [s].
+    """T_nom if the controller was given one, else None [s].
 
     A rollout does not say so, but its first cycle is on the nominal gait and has its duration.
     """
@@ -124,6 +193,11 @@ def _planned_duration(rollout: Rollout, first: int) -> float | None:
     return float(command["step_duration"]) if command["mode"] == Mode.TRACKING else None
 
 
+def pair(values: NDArray[np.float64]) -> tuple[float, float]:
+    """A vector of two as a pair of numbers."""
+    return float(values[0]), float(values[1])
+
+
 def broken(values: NDArray[np.float64], parts: list[Stance]) -> NDArray[np.float64]:
     """Samples with a row of NaN before every touchdown, so that no line is drawn across it.
 
@@ -135,6 +209,27 @@ def broken(values: NDArray[np.float64], parts: list[Stance]) -> NDArray[np.float
         Shape (n + touchdowns, ...).
     """
     return np.insert(values, [part.samples.start for part in parts[1:]], np.nan, axis=0)
+
+
+def touchdown_cycles(rollout: Rollout) -> list[int]:
+    """The cycles in which a foot landed."""
+    if rollout.body is None:
+        side = rollout.support_side
+        return (np.flatnonzero(side[1:] != side[:-1]) + 1).tolist()
+    return (np.flatnonzero(np.diff(rollout.body.steps) > 0) + 1).tolist()
+
+
+def broken_plan(rollout: Rollout, parts: list[Stance]) -> NDArray[np.float64]:
+    """The planned DCM, cut where it jumps at a touchdown.
+
+    That of a body is NaN there and while it stands, one row a cycle; see `broken` for a point mass.
+    """
+    body = rollout.body
+    if body is None:
+        return broken(rollout.dcm_plan, parts)
+    plan = np.where(body.walking[:, None], rollout.dcm_plan, np.nan)
+    plan[1:][np.diff(body.steps) != 0] = np.nan
+    return plan
 
 
 def support_bounds(

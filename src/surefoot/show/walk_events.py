@@ -1,4 +1,4 @@
-"""What happened when: touchdowns, pushes, decisions online, new velocities, the fall."""
+"""What happened when: touchdowns, pushes, decisions online, new commands, the fall."""
 
 from __future__ import annotations
 
@@ -12,9 +12,15 @@ from numpy.typing import NDArray
 from surefoot.dcm.pushes import Push
 from surefoot.rollout.rollout import Rollout
 from surefoot.show import palette
-from surefoot.show.halo import HALO
-from surefoot.show.stances import Stance, acting_pushes, push_opacity
-from surefoot.show.walk_words import velocity_words
+from surefoot.show.picture_file import HALO
+from surefoot.show.stances import (
+    Stance,
+    acting_pushes,
+    commanded,
+    push_opacity,
+    touchdown_cycles,
+)
+from surefoot.show.words import command_label, command_words
 
 
 def mark_events(ax: Axes, rollout: Rollout, parts: list[Stance]) -> None:
@@ -23,27 +29,35 @@ def mark_events(ax: Axes, rollout: Rollout, parts: list[Stance]) -> None:
     Args:
         ax: the plot; its name (gid) is part of the names of the marks.
         rollout: the walk.
-        parts: its stances.
+        parts: its stances; of a body none are needed.
     """
+    body = rollout.body
     _shade_pushes(ax, rollout)
-    _hatch_decisions(ax, rollout, parts)
-    touchdowns = [part.start for part in parts[1:]]
-    _draw_instants(ax, "touchdowns", touchdowns, color="#9a9a9a", linewidth=0.5, zorder=1.6)
-    changes = [time for time, _ in rollout.velocities[1:]]
+    if body is None:
+        _hatch_decisions(ax, rollout, parts)
+    landed = rollout.time[touchdown_cycles(rollout)].tolist()
+    colour = "#9a9a9a" if body is None else palette.TOUCHDOWN
+    _draw_instants(ax, "touchdowns", landed, color=colour, linewidth=0.5, zorder=1.6)
+    changes = [command.time for command in commanded(rollout)[1:]]
     _draw_instants(
-        ax,
-        "new-velocity",
-        changes,
-        color=palette.COM,
-        linewidth=0.9,
-        linestyle=(0, (6, 2, 1, 2)),
-        zorder=1.7,
+        ax, "new-velocity", changes, color=palette.COM, linewidth=0.9,
+        linestyle=(0, (6, 2, 1, 2)), zorder=1.7,
+    )  # fmt: skip
+    _draw_fall(ax, rollout)
+
+
+def _draw_fall(ax: Axes, rollout: Rollout) -> None:
+    """Lines where the fall could not be averted any more, and where it ended."""
+    fall, body_fall = rollout.fall, rollout.body_fall
+    if fall is None:
+        return
+    lost, end = (
+        (fall.lost_time, fall.time) if body_fall is None else (body_fall.time, body_fall.end)
     )
     alarm: dict[str, Any] = {"color": palette.ALARM, "linewidth": 1.2, "zorder": 4.5}
-    if rollout.fall is not None:
-        _draw_instants(ax, "fell", [rollout.fall.time], clip_on=False, **alarm)
-        if rollout.fall.lost_time is not None:
-            _draw_instants(ax, "lost", [rollout.fall.lost_time], linestyle=(0, (4, 2)), **alarm)
+    _draw_instants(ax, "fell", [end], clip_on=False, **alarm)
+    if lost is not None:
+        _draw_instants(ax, "lost", [lost], linestyle=(0, (4, 2)), **alarm)
 
 
 def strong_pushes(rollout: Rollout) -> list[Push]:
@@ -56,7 +70,7 @@ def shade_push_in_time(ax: Axes, rollout: Rollout) -> None:
     for push in strong_pushes(rollout):
         ax.axvspan(push.start, push.end, color=palette.PUSH, alpha=0.35, linewidth=0.0, zorder=0.5)
     for step in rollout.footsteps:
-        ax.axvline(step.start + step.duration, color="#b5b5b5", linewidth=0.5, zorder=0.6)
+        ax.axvline(step.start + step.duration, color=palette.TOUCHDOWN, linewidth=0.5, zorder=0.6)
 
 
 def _shade_pushes(ax: Axes, rollout: Rollout) -> None:
@@ -103,43 +117,40 @@ def _runs(flags: NDArray[np.bool_], samples: slice) -> list[tuple[int, int]]:
     return [(int(first), int(last)) for first, last in runs]
 
 
-def name_velocities(ax: Axes, rollout: Rollout) -> None:
-    """Write every new velocity beside its line."""
-    for time, velocity in rollout.velocities[1:]:
-        ax.annotate(
-            velocity_words(velocity),
-            (time, 0.97),
-            xycoords=("data", "axes fraction"),
-            xytext=(3.0, 0.0),
-            textcoords="offset points",
-            va="top",
-            fontsize=7.5,
-            path_effects=HALO,
-            clip_on=True,
-            zorder=5.0,
-            gid=f"velocity-{time:g}",
-        )
-
-
-def name_fall(ax: Axes, rollout: Rollout) -> None:
-    """Write beside their lines when the robot was lost and when it fell, if it did."""
-    fall = rollout.fall
-    if fall is None:
+def name_events(ax: Axes, rollout: Rollout) -> None:
+    """Write beside their lines new commands, and when the robot was lost and when it fell."""
+    body, fall, body_fall = rollout.body, rollout.fall, rollout.body_fall
+    if body is None:
+        for command in commanded(rollout)[1:]:
+            words, gid = command_words(command), f"velocity-{command.time:g}"
+            _name(ax, words, command.time, 0.97, gid, fontsize=7.5, clip_on=True)
+        if fall is not None:
+            for name, time, height in (("lost", fall.lost_time, 0.97), ("fell", fall.time, 0.76)):
+                if time is not None:
+                    _name(
+                        ax, name, time, height, f"{name}-label", left=True, fontsize=8.0,
+                        fontweight="bold", color=palette.ALARM,
+                    )  # fmt: skip
         return
-    for name, time, height in (("lost", fall.lost_time, 0.97), ("fell", fall.time, 0.76)):
-        if time is not None:
-            ax.annotate(
-                name,
-                (time, height),
-                xycoords=("data", "axes fraction"),
-                xytext=(-3.0, 0.0),
-                textcoords="offset points",
-                ha="right",
-                va="top",
-                fontsize=8.0,
-                fontweight="bold",
-                color=palette.ALARM,
-                path_effects=HALO,
-                zorder=5.0,
-                gid=f"{name}-label",
-            )
+    words = [
+        (command.time, command_label(command), palette.COM, f"command-{command.time:g}")
+        for command in commanded(rollout)[1:]
+    ]
+    if body_fall is not None:
+        words.append((body_fall.time, body_fall.cause.value, palette.ALARM, "lost-label"))
+    for time, text, colour, gid in words:
+        _name(
+            ax, text, time, 0.95, gid, left=time > 0.8 * float(rollout.time[-1]), fontsize=8.0,
+            fontweight="bold", color=colour,
+        )  # fmt: skip
+
+
+def _name(
+    ax: Axes, text: str, time: float, height: float, gid: str, *, left: bool = False, **look: Any
+) -> None:
+    """Write a text beside the line of an instant, at a height from 0 to 1."""
+    ax.annotate(
+        text, (time, height), xycoords=("data", "axes fraction"),
+        xytext=(-3.0 if left else 3.0, 0.0), textcoords="offset points",
+        ha="right" if left else "left", va="top", path_effects=HALO, zorder=5.0, gid=gid, **look,
+    )  # fmt: skip

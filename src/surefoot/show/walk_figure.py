@@ -1,36 +1,33 @@
-"""A walk on one page: from above, and over time."""
+"""A walk on one page: from above, and over time; that of a body down to its motors."""
 
 from __future__ import annotations
 
 import textwrap
-from io import BytesIO
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Literal
 
 from matplotlib import style
+from matplotlib.artist import Artist
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 
 from surefoot.checks import check_writable
-from surefoot.errors import FileError
+from surefoot.robot.feet import Side
 from surefoot.rollout.rollout import Rollout
 from surefoot.show import palette
-from surefoot.show.body_figure import draw_body
-from surefoot.show.page import WIDTH, lay_out, view_size
-from surefoot.show.push_arrows import label_places
-from surefoot.show.stances import stances
-from surefoot.show.time_plots import draw_time_plots
+from surefoot.show.ground import label_places
+from surefoot.show.page import lay_out, view_size
+from surefoot.show.picture_file import FORMATS, write_picture
+from surefoot.show.stances import Stance, acting_pushes, commanded, stances
+from surefoot.show.time_plots import draw_time_plots, panels
 from surefoot.show.top_view import draw_top_view, extent
-from surefoot.show.walk_legend import legend_entries
-from surefoot.show.walk_words import fall_evidence, title
-from surefoot.version import VERSION
-
-FORMATS = (".png", ".pdf", ".svg")
-"""The endings that a picture's file may have."""
-
-RESOLUTION = 160
-"""Of a .png [1/in]."""
+from surefoot.show.words import fall_evidence, title
 
 _SEPARATOR = "  ·  "
-_TITLE_LENGTH = 112
+
+Dash = Literal["solid", "dashed", "dashdot", "dotted"]
 
 
 def draw_walk(rollout: Rollout, path: Path) -> None:
@@ -43,23 +40,10 @@ def draw_walk(rollout: Rollout, path: Path) -> None:
     Raises:
         FileError: another ending, or the file cannot be written.
     """
-    path = Path(path)
     check_figure_path(path)
-    if rollout.body is not None:
-        draw_body(rollout, rollout.body, path)
-        return
-    picture = BytesIO()
-    form = path.suffix.lower()[1:]
     with style.context(["default", palette.STYLE]):
-        walk_figure(rollout).savefig(
-            picture, format=form, dpi=RESOLUTION, metadata=_about(rollout, form)
-        )
-    try:
-        path.write_bytes(picture.getvalue())
-    except OSError as error:
-        raise FileError(
-            "a file that can be written", f"{path}: {error.strerror}", "choose another place"
-        ) from error
+        figure = walk_figure(rollout)
+    write_picture(figure, Path(path), *_about(rollout))
 
 
 def check_figure_path(path: str | Path) -> None:
@@ -82,69 +66,140 @@ def walk_figure(rollout: Rollout) -> Figure:
     Returns:
         A figure of its own, not known to pyplot.
     """
-    parts = stances(rollout)
+    of_body = rollout.body is not None
+    parts = [] if of_body else stances(rollout)
     ground = extent(rollout, parts)
-    size = view_size(ground)
-    lines = [level for _, _, level in label_places(rollout, ground.filling(*size), size[0])]
+    size = view_size(ground, of_body)
+    lines = [level for *_, level in label_places(rollout, ground.filling(*size), size[0])]
     entries = legend_entries(rollout, parts)
-    headline = _headline(title(rollout))
+    headline = _headline(title(rollout), 118 if of_body else 112)
     evidence = textwrap.fill(fall_evidence(rollout), 150)
     headline_height = 0.24 * len(headline.splitlines())
     title_height = 0.14 + headline_height + 0.2 * len(evidence.splitlines())
-    page = lay_out(ground, title_height, max(lines, default=-1) + 1, len(entries))
+    heights = [panel.height for panel in panels(rollout)]
+    push_lines = max(lines, default=-1) + 1
+    page = lay_out(ground, of_body, title_height, push_lines, len(entries), heights)
 
-    figure = Figure(figsize=(WIDTH, page.height))
-    across, up = 0.25 / WIDTH, 1.0 / page.height
+    figure = Figure(figsize=(page.width, page.height))
     figure.text(
-        across, 1.0 - 0.14 * up, headline, fontsize=12.0, fontweight="bold", va="top", gid="title"
+        *page.at(0.25, 0.14), headline, fontsize=12.0, fontweight="bold", va="top", gid="title"
     )
     if evidence:
         figure.text(
-            across,
-            1.0 - (0.18 + headline_height) * up,
-            evidence,
-            fontsize=9.0,
-            va="top",
-            color=palette.ALARM,
-            gid="fall-evidence",
-        )
+            *page.at(0.25, (0.2 if of_body else 0.18) + headline_height), evidence, fontsize=9.0,
+            va="top", color=palette.ALARM, gid="fall-evidence",
+        )  # fmt: skip
     draw_top_view(page.add_axes(figure, page.top_view), rollout, parts, page.shown)
-    draw_time_plots(page.add_time_axes(figure), rollout, parts)
+    time_axes = [page.add_axes(figure, box) for box in page.time_plots]
+    draw_time_plots(time_axes, rollout, parts)
     figure.legend(
-        handles=entries,
-        loc="upper left",
-        ncols=page.legend_columns,
-        frameon=False,
-        bbox_to_anchor=(page.legend[0] / WIDTH, 1.0 - page.legend[1] * up),
-        borderaxespad=0.0,
-        borderpad=0.0,
-        labelspacing=0.35,
-        handlelength=2.2,
-        columnspacing=1.2,
-    )
+        handles=entries, loc="upper left", frameon=False, bbox_to_anchor=page.at(*page.legend),
+        borderaxespad=0.0, labelspacing=0.35, **page.legend_look,
+    )  # fmt: skip
     return figure
 
 
-def _headline(parts: list[str]) -> str:
+def _headline(parts: list[str], length: int) -> str:
     """The parts of a title, with a new line before what does not fit any more."""
-    text, room = "", _TITLE_LENGTH
+    text, room = "", length
     for part in parts:
         if text and room < len(part):
-            text, room = f"{text}\n{part}", _TITLE_LENGTH
+            text, room = f"{text}\n{part}", length
         else:
             text = f"{text}{_SEPARATOR}{part}" if text else part
         room -= len(part) + len(_SEPARATOR)
     return text
 
 
-def _about(rollout: Rollout, form: str) -> dict[str, str | None]:
-    """What the file says of itself, without a date."""
-    maker = f"Surefoot {VERSION}"
-    name = ", ".join(title(rollout))
-    settings = f"{rollout.controller}({rollout.controller_parameters})"
-    if form == "png":
-        return {"Title": name, "Description": settings, "Software": maker}
-    if form == "pdf":
-        about = {"Title": name, "Subject": settings, "Creator": maker, "Producer": maker}
-        return {**about, "CreationDate": None}
-    return {"Title": name, "Description": settings, "Creator": maker, "Date": None}
+def _about(rollout: Rollout) -> tuple[str, str]:
+    """Title and description in the file."""
+    return ", ".join(title(rollout)), f"{rollout.controller}({rollout.controller_parameters})"
+
+
+def legend_entries(rollout: Rollout, parts: list[Stance]) -> list[Artist]:
+    """One labelled artist for each thing that is drawn; only what occurs is listed.
+
+    Args:
+        rollout: the walk.
+        parts: its stances; of a body none are needed.
+    """
+    of_body = rollout.body is not None
+    lines = _body_lines() if of_body else _point_lines(rollout)
+    feet = {Side.LEFT, Side.RIGHT} if of_body else {part.side for part in parts}
+    feet = feet if of_body else feet | {parts[0].side.other}
+    soles = [
+        Patch(
+            facecolor=palette.SOLE[side], edgecolor=palette.SOLE_EDGE[side], linewidth=0.8,
+            label=f"{side.name.lower()} sole",
+        )
+        for side in (Side.LEFT, Side.RIGHT)
+        if side in feet
+    ]  # fmt: skip
+    if rollout.body is None:
+        return [*lines, *soles, *_point_events(rollout, parts)]
+    entries = [*lines, *soles]
+    if len(rollout.body.boards):
+        entries.append(Patch(facecolor=palette.BOARD, linewidth=0.0, label="board on the floor"))
+    entries += _push(rollout)
+    return [*entries, _line("touchdown", palette.TOUCHDOWN, 0.8)]
+
+
+def _body_lines() -> Iterator[Line2D]:
+    yield _line("CoM", palette.COM, 1.3)
+    yield _line("DCM (ring: at touchdown)", palette.DCM, 1.8)
+    yield _line("ZMP of the floor's forces", palette.ZMP, 1.0)
+    for label, colour in (
+        ("planned CoM", palette.COM_PLAN), ("planned DCM", palette.DCM_PLAN),
+        ("commanded ZMP", palette.ZMP_PLAN), ("target of a foot, missed", palette.ADAPTED),
+    ):  # fmt: skip
+        line = _line(label, colour, 1.0)
+        line.set_linestyle(palette.DASHES)
+        yield line
+
+
+def _point_lines(rollout: Rollout) -> Iterator[Line2D]:
+    yield _line("CoM", palette.COM, 1.4)
+    yield _line("DCM (ring: at touchdown)", palette.DCM, 2.0)
+    yield _line("planned DCM, duration", palette.DCM_PLAN, 1.1, "dashed")
+    yield _line("ZMP", palette.ZMP, 1.3, marker=".")
+    if rollout.zmp_excess.any():
+        yield _line("ZMP outside the sole", palette.ALARM, 2.6)
+
+
+def _point_events(rollout: Rollout, parts: list[Stance]) -> Iterator[Artist]:
+    if rollout.commands["double_support"].any():
+        yield Patch(facecolor=palette.BOTH_SOLES, linewidth=0.0, label="both soles")
+    online = [part for part in parts if part.adapted]
+    if any(part.landing is not None for part in online):
+        yield _outline("landing decided online", 1.8, "solid")
+    if any(part.moved_from is not None for part in online):
+        yield _outline("nominal landing", 1.0, "dashed")
+    if online:
+        yield Patch(
+            facecolor="none", edgecolor=palette.ADAPTED, hatch="////", linewidth=0.0, alpha=0.5,
+            label="deciding online",
+        )  # fmt: skip
+    yield from _push(rollout)
+    if len(commanded(rollout)) > 1:
+        yield _line("new velocity", palette.COM, 0.9, "dashdot")
+    settled = f"limits; settled ({1e3 * rollout.settled_error:.2g} mm)"
+    yield _line(settled, palette.QUIET, 0.8, "dotted")
+
+
+def _push(rollout: Rollout) -> list[Patch]:
+    if not acting_pushes(rollout):
+        return []
+    return [Patch(facecolor=palette.PUSH, alpha=0.6, linewidth=0.0, label="push")]
+
+
+def _line(label: str, color: str, width: float, dash: Dash = "solid", marker: str = "") -> Line2D:
+    return Line2D(
+        [], [], color=color, linewidth=width, linestyle=dash, marker=marker, markersize=6.0,
+        markeredgewidth=0.0, label=label,
+    )  # fmt: skip
+
+
+def _outline(label: str, width: float, dash: Dash) -> Patch:
+    return Patch(
+        facecolor="none", edgecolor=palette.ADAPTED, linewidth=width, linestyle=dash, label=label
+    )

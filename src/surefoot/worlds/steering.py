@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 from surefoot.checks import check_most, check_number, check_pair
 from surefoot.geometry import rotated_by
 
-MOST_TURNING = 2.5
-"""Faster, every preset falls within its first steps [rad/s]."""
+MAX_TURNING = 2.5
+"""Above this rate every preset falls within its first steps [rad/s]."""
 
 
-INTERVAL, MOST_PLACES = 0.02, 100_000
-"""Between two places of a course, if they are not too many [s]."""
+INTERVAL, MAX_PLACES = 0.02, 100_000
+"""Time between two places of a course, unless these are too many [s]; how many are too many."""
 
 
 @dataclass(frozen=True)
@@ -26,7 +26,7 @@ class Steering:
 
     Args:
         velocity: forward and to the left, in the robot's own heading [m/s].
-        turning: rate of turn, counter-clockwise, up to `MOST_TURNING` to either side [rad/s].
+        turning: rate of turn, counter-clockwise, up to `MAX_TURNING` to either side [rad/s].
         standing: come to a stand, whatever the rest says.
 
     Raises:
@@ -41,7 +41,7 @@ class Steering:
         check_pair("velocity", self.velocity, -math.inf, "m/s")
         check_number("turning", self.turning, -math.inf, "rad/s")
         why = "in faster turns the legs meet"
-        check_most("turning", self.turning, MOST_TURNING, "rad/s", why)
+        check_most("turning", self.turning, MAX_TURNING, "rad/s", why)
 
 
 def course_of(route: Sequence[tuple[float, Steering]], duration: float) -> NDArray[np.float64]:
@@ -54,7 +54,7 @@ def course_of(route: Sequence[tuple[float, Steering]], duration: float) -> NDArr
     Returns:
         Places, shape (n, 2) [m].
     """
-    interval = max(INTERVAL, duration / MOST_PLACES)
+    interval = max(INTERVAL, duration / MAX_PLACES)
     time = np.arange(0.0, duration, interval)
     index = np.searchsorted([at for at, _ in route[1:]], time, side="right")
     stands = np.array([to.standing for _, to in route])[index]

@@ -1,4 +1,4 @@
-"""The one loop that walks a robot, in any world: steered, pushed, looked at and forked on its way.
+"""The one loop that walks a robot, in any world: steered, pushed, pictured and forked on its way.
 
 `worlds.point.simulate.simulate` and `worlds.body.world.simulate_body` are its usual fronts.
 """

@@ -84,10 +84,12 @@ KEPT = 0.02
 """Of the interval of landings that can be saved if the push ends now, what a landing for a push
 that goes on keeps from either end."""
 
-DUE = 1e-9
-"""A program that is due within this time is due now [s]."""
+DUE = 1e-7
+"""What is due within this part of a period or of a sample is due now."""
 
-_EDGE_TOLERANCE = 1e-9
+AT_EDGE = 1e-8
+"""A ZMP this near to the edge of the sole, as a part of half the sole, is at the edge."""
+
 HELD, KEEP, SOLVE = range(3)
 """What is to do in a cycle: nothing, what was decided, or to decide."""
 
@@ -208,6 +210,9 @@ def prepare(
 ):
     """Everything before the program: see the robot, go on with the plan, put the program together.
 
+    Ten arguments: the tables of the program come from Python beside the record of parameters, and
+    what is put together goes back to Python as four arrays, of sizes that only the method knows.
+
     Returns:
         what is to do, HELD, KEEP or SOLVE, and the control cycle of the step that it is.
     """
@@ -233,7 +238,8 @@ def prepare(
     follow_plan(parameters.tracking, observation, growth, plan, following.command)
     wait = decision.until - observation.elapsed
     # Also a program that was put together while the clock was ahead is due.
-    if not new_step and DUE < wait <= parameters.solve_period + DUE:
+    due = DUE * parameters.tracking.swing.period
+    if not new_step and due < wait <= parameters.solve_period + due:
         return KEEP, 0
     cycle = min(
         max(round(observation.elapsed / parameters.tracking.swing.period), 0), gain.shape[0] - 1
@@ -304,7 +310,7 @@ def decide(parameters, deviation, solution, cycle, solved, next_state):
     for i in range(2):
         sign = 1.0 if i == 0 else float(observation.support_side)
         decision.zmp[i] = sign * solution[i, 0]
-        if abs(solution[i, 0]) >= parameters.tracking.half_foot[i] - _EDGE_TOLERANCE:
+        if abs(solution[i, 0]) >= (1.0 - AT_EDGE) * parameters.tracking.half_foot[i]:
             decision.status |= _ZMP_AT_EDGE
         landing = 0.0
         if parameters.steps > 0:
@@ -344,7 +350,7 @@ def act(parameters, state, next_state):
         next_state[0].observer.seen = 0
     command.mode = _ADAPTING if adapted else _TRACKING_MODE
     command.status, command.double_support = decision.status, 0
-    if observation.elapsed > plan.step_duration + DUE:
+    if observation.elapsed > plan.step_duration + DUE * parameters.tracking.swing.period:
         command.status |= _NO_TIME_LEFT
     command.step_duration = max(plan.step_duration, observation.elapsed)
     in_the_air = 0.0, plan.step_duration

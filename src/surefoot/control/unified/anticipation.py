@@ -15,7 +15,8 @@ from __future__ import annotations
 import math
 
 from surefoot.compiled import njit
-from surefoot.dcm.leg import furthest, time_to
+from surefoot.dcm.leg import reachable_interval, time_to
+from surefoot.dcm.viable_displacement import value_after
 
 GOLDEN = 0.6180339887498949
 """Each round keeps this much of the bracket."""
@@ -60,36 +61,17 @@ def reach(landing, situation, axis, time):
     Returns:
         Least and largest place [m]; velocity of each end, 0 at an end of the box [m/s].
     """
-    foot, velocity = situation.foot[axis], situation.foot_velocity[axis]
-    speed, acceleration = landing.max_speed, landing.max_acceleration
-    low = foot - furthest(-velocity, time, speed, acceleration)
-    high = foot + furthest(velocity, time, speed, acceleration)
-    low_rate = high_rate = speed
-    if acceleration < math.inf:
-        low_rate = min(speed, acceleration * time - velocity)
-        high_rate = min(speed, acceleration * time + velocity)
-    low_end, high_end = landing.step_min[axis], landing.step_max[axis]
-    rounding = EDGE * (high_end - low_end)
-    if low > high_end + rounding:
-        return low, low, -low_rate, -low_rate
-    if high < low_end - rounding:
-        return high, high, high_rate, high_rate
-    if low <= low_end:
-        low, low_rate = low_end, 0.0
-    if high >= high_end:
-        high, high_rate = high_end, 0.0
-    return min(low, high_end), max(high, low_end), -low_rate, high_rate
+    low, high = landing.step_min[axis], landing.step_max[axis]
+    return reachable_interval(
+        low, high, situation.foot[axis], situation.foot_velocity[axis], time,
+        landing.max_speed, landing.max_acceleration, EDGE * (high - low),
+    )  # fmt: skip
 
 
 @njit(forceinline=True)
 def worth_after(worth, landing, axis, row, place):
     """Z after a landing, and its slope there: linear between nodes, and beyond the last ones."""
-    spacing = landing.spacing[axis]
-    part = (place - landing.step_min[axis]) / spacing
-    node = min(max(int(part), 0), worth.shape[2] - 2)
-    left = worth[axis, row, node]
-    slope = (worth[axis, row, node + 1] - left) / spacing
-    return left + slope * (place - landing.step_min[axis] - node * spacing), slope
+    return value_after(worth[axis, row], landing.step_min[axis], landing.spacing[axis], place)
 
 
 @njit(forceinline=True)

@@ -146,6 +146,7 @@ def _compiled_margin() -> Callable[..., None]:
     source="Surefoot",
     adapts="ZMP, step location, timing",
     cannot="keeps its trunk upright",
+    cites=("Surefoot",),
     order=100,
 )
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from matplotlib.ticker import MaxNLocator
 
 from surefoot.dcm.pushes import DIRECTIONS
 from surefoot.show import palette
-from surefoot.show.halo import HALO
+from surefoot.show.picture_file import HALO
 
 LIMIT, FOOT_BAND = "#222222", "#d7e3ea"
 """Colours of the theoretical limit, and of what the sole adds to it."""

@@ -22,7 +22,7 @@ from surefoot.studies.engine.command import run_shown, tell_failures
 @robot_option
 @click.option(
     "--controller", "key", default="unified", show_default=True, metavar="METHOD",
-    help="Who is pushed; a wrong METHOD lists them.",
+    help="Method of the robot that is pushed; a wrong METHOD lists them.",
 )  # fmt: skip
 @click.option(
     "--velocity", nargs=2, type=float, default=(0.5, 0.0), show_default="0.5 0", metavar="VX VY",

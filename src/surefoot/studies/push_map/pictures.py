@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from surefoot.dcm.pushes import DIRECTIONS
 from surefoot.show import palette
-from surefoot.show.halo import HALO
+from surefoot.show.picture_file import HALO
 from surefoot.studies.engine.polar_rings import FIXED_DASH, FOOT_BAND, LIMIT, draw_rings
 from surefoot.studies.push_map.map_numbers import MapNumbers, finding, origin
 
@@ -26,7 +26,7 @@ HEADING = "How hard a push is survived, from any side at any time"
 """Of page and pictures."""
 
 COLOURS = "viridis"
-"""Even steps in lightness, told apart with any colour vision."""
+"""Even steps in lightness, distinct for every colour vision."""
 
 SURVIVED = "#0072b2"
 

@@ -3,7 +3,7 @@
 
 (() => {
   const {
-    data, phases, angles, step, cells, cellAt, walkAt, shows, ranges, colours, angleWords, pushWords, newtons, percent, plain, tell,
+    data, phases, angles, step, cells, cellAt, walkAt, shows, ranges, colours, angleWords, pushWords, newtons, percent, plain, describe,
     top, state, RECOVERED, stride,
   } = pushMap;
   const byId = (id) => document.getElementById(id);
@@ -224,7 +224,7 @@
     drawScale();
     drawScan();
     drawPolar();
-    byId("said").textContent = tell(chosen(), state.number);
+    byId("said").textContent = describe(chosen(), state.number);
     const asked = { show: state.show, phase: plain(phases[state.phase]), angle: plain(angles[state.angle], 4), impulse: plain(state.number * step, 4) };
     history.replaceState(null, "", `#${new URLSearchParams(asked)}`);
   }

@@ -83,7 +83,7 @@ const pushMap = (() => {
     if (key === "share") ranges[key] = [Math.min(least, 90), 100];
   }
 
-  // Viridis, from the least to the most: even in lightness, told apart with any colour vision.
+  // Viridis, from the least to the most: even in lightness, distinct for every colour vision.
   const colours = [
     "#440154", "#48186a", "#472d7b", "#424086", "#3b528b", "#33638d", "#2c728e", "#26828e", "#21918c", "#1fa088",
     "#28ae80", "#3fbc73", "#5ec962", "#84d44b", "#addc30", "#d8e219", "#fde725",
@@ -97,7 +97,7 @@ const pushMap = (() => {
   };
   const pushWords = (angle) => (angleWords(angle).includes("(") ? angleWords(angle) : `towards ${angleWords(angle)}`);
   const newtons = (value) => `${plain(value, 4)}\u00a0N\u00a0s`;
-  function tell(cell, number) {
+  function describe(cell, number) {
     const where = `Pushed ${pushWords(angles[cell.angle])} at ${plain(phases[cell.phase])} of the step`;
     const most = cell.failing === null
       ? `nothing failed up to ${newtons(cell.survived)}`
@@ -118,7 +118,7 @@ const pushMap = (() => {
   const state = { show: "survived", phase: 0, angle: 0, number: 0 };
   return {
     data, phases, angles, step, cells, cellAt, walkAt, shows, ranges, colours, angleWords, pushWords, newtons, percent,
-    plain, tell, top, state, fates, RECOVERED,
+    plain, describe, top, state, fates, RECOVERED,
     stride: Math.max(1, Math.round(data.coarse / step)),
   };
 })();

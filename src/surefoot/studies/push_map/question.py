@@ -177,7 +177,7 @@ class PushMap(Study):
         }
 
     def notes(self, rows: Sequence[Row]) -> dict[str, Any]:
-        """The pushes, for whoever reads the table."""
+        """The pushes, for readers of the table."""
         return {"grid": self.grid()}
 
     def provenance(self) -> dict[str, str]:

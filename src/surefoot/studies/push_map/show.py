@@ -79,7 +79,7 @@ def report(numbers: MapNumbers) -> Report:
 
 
 def as_numbers(numbers: MapNumbers) -> dict[str, Any]:
-    """For JSON, without the single walks; what is infinite or no number is null."""
+    """For JSON, without the single walks; infinity and NaN are null."""
     cells = [{k: v for k, v in row.items() if k not in PER_WALK} for row in numbers.measured.rows]
     return {
         "grid": numbers.study.grid(),

@@ -7,7 +7,7 @@ from dataclasses import astuple
 from functools import partial
 
 from surefoot.robot.robot import Robot
-from surefoot.show.body_figure import body_figure
+from surefoot.show.walk_figure import walk_figure
 from surefoot.studies.engine.report import Details, Figure, Part, Report, Table, Text
 from surefoot.studies.reproduce.body import (
     FELL,
@@ -57,7 +57,7 @@ def body_report(robot: Robot, answers: Sequence[BodyAnswer]) -> Report:
         if one.drawn and one.rollout.body is not None:
             name = f"body-{one.method}-{one.push.impulse:g}-{one.push.direction}"
             caption = f"{claim.figure}: {claim.text}. {claim.ours}."
-            draw = partial(body_figure, one.rollout, one.rollout.body)
+            draw = partial(walk_figure, one.rollout)
             pictures.append(Figure(f"pictures/{name}.png", caption, draw))
     steps = Table(
         "Step by step",

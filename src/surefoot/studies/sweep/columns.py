@@ -128,7 +128,7 @@ class Quantity:
         values: of every row; NaN where there is none, inf where nothing failed.
         whether: yes or no rather than a number.
         missing: why a row has no number, empty if it has one.
-        limits: for anybody, of every row; NaN where there is none.
+        limits: the theoretical limit of every row; NaN where there is none.
     """
 
     name: str

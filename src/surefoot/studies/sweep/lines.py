@@ -11,9 +11,8 @@ from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from surefoot.show import palette
-from surefoot.show.halo import HALO
 from surefoot.show.method_marks import mark
-from surefoot.show.picture_file import marker_path
+from surefoot.show.picture_file import HALO, marker_path
 from surefoot.studies.sweep.axes import (
     even_grid,
     mark_endless,

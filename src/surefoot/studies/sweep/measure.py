@@ -20,7 +20,7 @@ from surefoot.worlds.point.batch import simulate_batch
 from surefoot.worlds.point.walks import Walks
 
 if TYPE_CHECKING:
-    from surefoot.studies.sweep.question import Sweep
+    from surefoot.studies.sweep.question import Cell, Sweep
 
 REFUSED = "refused"
 """The outcome of a cell whose robot, gait or controller there cannot be."""
@@ -74,7 +74,7 @@ RESULTS = {"walk": WALK, "push-limit": LIMIT}
 """The columns of results, by what a study measures."""
 
 
-def measure_cells(study: Sweep, cells: Sequence[Any]) -> list[Row]:
+def measure_cells(study: Sweep, cells: Sequence[Cell]) -> list[Row]:
     """A row for each cell. One that cannot be is a finding like any other: its row says why."""
     rows = [empty_row(study) for _ in cells]
     made: list[tuple[Row, Situation]] = []
@@ -106,7 +106,8 @@ def empty_row(study: Sweep) -> Row:
 
 
 def _walks(situations: Sequence[Situation], disturbed: bool) -> list[dict[str, Any]]:
-    """Disturbed walks go on to the end: nobody settles for good, and not to fall is all."""
+    """One batch. A disturbed walk goes on to its end: under noise no gait settles for good, so it
+    survives if the robot does not fall."""
     pushes = [one.made_push() for one in situations]
     ends = [one.start() if push is None else push.end
             for one, push in zip(situations, pushes, strict=True)]  # fmt: skip

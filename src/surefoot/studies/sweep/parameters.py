@@ -224,9 +224,9 @@ def situation(robot: Robot, controller: str, values: Mapping[str, Any]) -> Situa
         known, velocity, **checked_settings(controller, chosen)
     )
     disturbance = None
-    if wrong := rooms.get("disturbance", {}):
+    if given := rooms.get("disturbance", {}):
         disturbance = Disturbance(
-            **_chosen("disturbance", DISTURBANCE, wrong, asdict(Disturbance()))
+            **_chosen("disturbance", DISTURBANCE, given, asdict(Disturbance()))
         )
         whole_cycles(disturbance.delay, decides.period)
     return Situation(decides, plant, disturbance, _push(rooms.get("push", {})))

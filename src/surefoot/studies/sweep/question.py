@@ -40,7 +40,7 @@ class Range(msgspec.Struct, frozen=True, forbid_unknown_fields=True, rename={"lo
     scale: Literal["linear", "log"] = "linear"
 
     def problem(self) -> str:
-        """What is wrong with it, or nothing."""
+        """What must be corrected, empty if nothing."""
         if not (math.isfinite(self.low) and math.isfinite(self.to) and self.low < self.to):
             return "`from` below `to`, both finite"
         if self.scale == "log" and self.low <= 0.0:
@@ -57,7 +57,7 @@ class Normal(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     deviation: float
 
     def problem(self) -> str:
-        """What is wrong with it, or nothing."""
+        """What must be corrected, empty if nothing."""
         good = math.isfinite(self.mean) and math.isfinite(self.deviation) and self.deviation > 0.0
         return "" if good else "a finite `mean` and a `deviation` above 0"
 
@@ -72,8 +72,15 @@ AT_ONCE = 64
 
 
 @dataclass(frozen=True)
+class Cell:
+    """One combination of values, in the order of `Sweep.vary`."""
+
+    values: tuple[Any, ...]
+
+
+@dataclass(frozen=True)
 class Sweep(Study):
-    """A sweep as its file says it, checked; a cell is a combination of values, as in `vary`.
+    """A sweep as its file says it, checked.
 
     Attributes:
         robot: as its file says.
@@ -102,7 +109,7 @@ class Sweep(Study):
 
     NAME: ClassVar = "sweep"
 
-    def cells(self) -> Iterator[tuple[Any, ...]]:
+    def cells(self) -> Iterator[Cell]:
         """Every combination of a grid, or what is drawn; the same for the same seed.
 
         Raises:
@@ -114,16 +121,17 @@ class Sweep(Study):
             for one in [parameter(self.controller, name)]
         ]
         if self.sampling == "grid":
-            return product(*(_grid_values(values, whole) for values, whole in varied))
+            every = product(*(_grid_values(values, whole) for values, whole in varied))
+            return map(Cell, every)
         points = _unit_samples(self).T
         columns = [_drawn(*one, column) for one, column in zip(varied, points, strict=True)]
-        return zip(*columns, strict=True)
+        return map(Cell, zip(*columns, strict=True))
 
-    def columns(self, cell: tuple[Any, ...]) -> Row:
+    def columns(self, cell: Cell) -> Row:
         """The value of each parameter that differs."""
-        return dict(zip(self.vary, cell, strict=True))
+        return dict(zip(self.vary, cell.values, strict=True))
 
-    def measure_many(self, cells: Sequence[tuple[Any, ...]]) -> list[Row | str]:
+    def measure_many(self, cells: Sequence[Cell]) -> list[Row | str]:
         """See `measure.measure_cells`."""
         return [*measure_cells(self, cells)]
 
@@ -146,7 +154,7 @@ class Sweep(Study):
             situation(self.robot, self.controller, self.fixed)
         self._usual()
 
-    def failed(self, cell: tuple[Any, ...], error: str) -> Row:
+    def failed(self, cell: Cell, error: str) -> Row:
         """A cell that could not be measured is a row too."""
         lines = error.strip().splitlines()
         why = {"outcome": FAILED, "error": lines[-1] if lines else error}
@@ -160,7 +168,7 @@ class Sweep(Study):
         )
 
     def notes(self, rows: Sequence[Row]) -> dict[str, Any]:
-        """What was asked, for whoever reads the table."""
+        """What was asked, for readers of the table."""
         return {"study": self.as_numbers()}
 
     def common(self) -> dict[str, Any]:
@@ -192,7 +200,7 @@ def _grid_values(values: Values, whole: bool) -> list[Any]:
         found = np.linspace(values.low, values.to, count)
     if whole:
         return sorted({round(one) for one in found})
-    # 0.30000000000000004 is 0.3 to whoever wrote the file.
+    # The file says 0.3, not 0.30000000000000004.
     return [float(f"{one:.12g}") for one in found]
 
 

@@ -18,7 +18,7 @@ MOST_ROWS = 40
 """A table that is longer is for a file."""
 
 MOST_ERRORS = 4
-"""So many reasons why a cell has no result are told, the frequent ones first."""
+"""So many reasons why cells have no result are shown, the frequent ones first."""
 
 
 def report(measured: Measured[Sweep], name: str | None = None) -> Report:
@@ -33,7 +33,7 @@ def report(measured: Measured[Sweep], name: str | None = None) -> Report:
     counts = Counter(row["outcome"] for row in rows)
     words = ", ".join(f"{count} {outcome}" for outcome, count in counts.most_common())
     errors = Counter(row["error"] for row in rows if row["error"] is not None)
-    told = [f"{count} x {error}" for error, count in errors.most_common(MOST_ERRORS)]
+    reasons = [f"{count} x {error}" for error, count in errors.most_common(MOST_ERRORS)]
     about = measured.provenance
     return Report(
         name=study.NAME,
@@ -41,7 +41,7 @@ def report(measured: Measured[Sweep], name: str | None = None) -> Report:
         origin=(study.robot.name, study.controller, study.sampling),
         parts=[
             Text(f"{len(rows)} cells: {words}"),
-            *map(Text, told),
+            *map(Text, reasons),
             *([_cell_table(measured)] if len(rows) <= MOST_ROWS else []),
             Figure(
                 f"{study.NAME}.png",
@@ -67,7 +67,7 @@ def _word(value: Any) -> str:
 
 
 def as_numbers(measured: Measured[Sweep]) -> dict[str, Any]:
-    """For JSON; what is infinite or no number is null."""
+    """For JSON; infinity and NaN are null."""
     return {
         "title": measured.study.title,
         "varied": list(measured.study.vary),

@@ -1,4 +1,4 @@
-"""Which trial to take, which of its changes are worth keeping, and why."""
+"""Which trial to take, which of its changes are kept, and why."""
 
 from __future__ import annotations
 

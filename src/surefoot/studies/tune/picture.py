@@ -66,7 +66,7 @@ def _draw_trials(ax: Axes, tuned: Tuned) -> None:
     shown = [one for one in front if one[1] <= edge]
     ax.plot(
         *_axes(shown), color=palette.DCM, marker="o", markersize=4.5, linewidth=1.0, zorder=3,
-        drawstyle="steps-post", label="not beaten by another", gid="front",
+        drawstyle="steps-post", label="not dominated", gid="front",
     )  # fmt: skip
     ax.plot(
         *_axes([default]), color=palette.DCM_PLAN, marker="D", markersize=8.0, linestyle="none",
@@ -117,9 +117,9 @@ def _write_scores(ax: Axes, tuned: Tuned) -> float:
 
 
 def _write_changes(ax: Axes, tuned: Tuned, y: float) -> None:
-    told = changes(tuned) or ["The default stays."]
+    reasons = changes(tuned) or ["The default stays."]
     ax.text(0.0, y, "what changed, and why", va="top", fontweight="bold")
-    for text in [*told, verdict(tuned)]:
+    for text in [*reasons, verdict(tuned)]:
         y -= 0.02
         for line in _lines(text, 74):
             y -= 0.045

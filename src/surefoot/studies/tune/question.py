@@ -26,7 +26,7 @@ SMALL_SHARE = 0.1
 """A small push is this share of the smallest limit."""
 
 STEP_SHARE = 0.02
-"""The impulse is scanned in steps of this share of the smallest limit, unless told otherwise."""
+"""The usual step of the scan over the impulse, as a share of the smallest limit."""
 
 
 @dataclass(frozen=True)

@@ -36,7 +36,7 @@ class Tuned:
     Attributes:
         settings: the method with what was changed for good.
         trials: all that were finished; the first is the default.
-        front: numbers of those that no other one beats.
+        front: numbers of those on the Pareto front.
         chosen: number of the one that was taken.
         dropped: parameters that it had changed, but that make no noticeable difference.
         reasons: why each of the others has its value.
@@ -123,8 +123,8 @@ def tune(
         trials: how many there are to be, with those that are there already.
         prefer: what to take of the front: "survival", "gentleness" or "balance".
         workers: threads, all cores if None; their number changes nothing.
-        report: told how many measurements are done, and about how many there are to be: trials,
-            and what comes after them.
+        report: called with how many measurements are done, and about how many there are to be:
+            trials, and what comes after them.
 
     Raises:
         ParameterError: less than one trial, or no such preference.
@@ -206,8 +206,8 @@ class _Measured:
 
     def objectives(self, values: Mapping[str, float]) -> Objectives | None:
         """On the pushes of the search; None if the controller refuses the values."""
-        told = self._remembered(values, "seen")
-        return None if REFUSED in told else self.of(Score(**told))
+        found = self._remembered(values, "seen")
+        return None if REFUSED in found else self.of(Score(**found))
 
     def score(self, values: Mapping[str, float], where: str) -> Score:
         """Of values that the controller does not refuse."""
@@ -219,7 +219,7 @@ class _Measured:
         self._tell(trials + 2 * len(self.question.parameters))
 
     def begin_checks(self, done: int) -> None:
-        """From here on every measurement is told."""
+        """From here on every measurement is reported."""
         self.done, self.expected = done, done + 2 * len(self.question.parameters)
 
     def end_checks(self) -> None:
@@ -235,11 +235,11 @@ class _Measured:
             except SurefootError as error:
                 return {REFUSED: str(error)}
 
-        told = self.search.remembered({"where": where, "values": dict(values)}, measure)
+        found = self.search.remembered({"where": where, "values": dict(values)}, measure)
         if self.expected is not None:
             self.done += 1
             self._tell(max(self.done, self.expected))
-        return told
+        return found
 
     def _tell(self, expected: int) -> None:
         if self.report is not None:

@@ -23,7 +23,7 @@ def report(tuned: Tuned, command: str) -> Report:
     """All of a tuning; `command` walks with the settings."""
     about = tuned.provenance
     reasons = changes(tuned)
-    told = [outcome(tuned), *reasons, dropped_words(tuned)]
+    words = [outcome(tuned), *reasons, dropped_words(tuned)]
     alone = (
         ["What is lost without a parameter is measured with it alone set back."] if reasons else []
     )
@@ -32,7 +32,7 @@ def report(tuned: Tuned, command: str) -> Report:
         heading=title(tuned),
         origin=(f"{about['trials']} trials", f"seed {about['seed']}"),
         parts=[
-            *(Text(words) for words in told if words),
+            *(Text(one) for one in words if one),
             Table("Does it hold?", verdict(tuned), COLUMNS, score_rows(tuned), names=2),
             Figure(
                 "tune.png", "Survival over gentleness of every trial",
@@ -45,7 +45,7 @@ def report(tuned: Tuned, command: str) -> Report:
             Details(
                 "What else there is",
                 [
-                    Text("The trials that no other one beats, whatever is preferred."),
+                    Text("The trials on the Pareto front, whatever is preferred."),
                     Table("", "", ("trial", "survived", "gentleness", "values"), front_rows(tuned)),
                 ],
             ),

@@ -29,7 +29,7 @@ RANDOM_TRIALS = 10
 """So many are drawn at random, after the default, before the search learns from them."""
 
 REFUSED = "refused"
-"""Under this name a trial tells why the controller refused its values."""
+"""Under this name a trial keeps why the controller refused its values."""
 
 NOTES = "note:"
 """Begins the name of what a search remembers beside its trials."""
@@ -54,7 +54,7 @@ class Tried:
 
 Measure = Callable[[dict[str, float]], tuple[tuple[float, float] | None, dict[str, Any]]]
 """Makes of values what is to be large and what is to be small, or None if the controller refuses
-them, and what else is told."""
+them, and what else is kept."""
 
 
 @dataclass(frozen=True)
@@ -145,7 +145,7 @@ class Trials:
         """What was measured beside the trials: once, and then read from the journal.
 
         Args:
-            question: plain values that tell it from others.
+            question: plain values that distinguish it from others.
             measure: makes the answer, plain values too.
         """
         name = NOTES + json.dumps(question, sort_keys=True)
@@ -197,12 +197,12 @@ class Trials:
 
 
 def pareto_front(trials: Sequence[Tried]) -> list[Tried]:
-    """The trials that no other one beats: none is at least as good in both and better in one."""
+    """The trials that no other one dominates by being as good in both and better in one."""
     good = [one for one in trials if one.objectives is not None]
-    return [one for one in good if not any(_beats(other, one) for other in good)]
+    return [one for one in good if not any(_dominates(other, one) for other in good)]
 
 
-def _beats(one: Tried, other: Tried) -> bool:
+def _dominates(one: Tried, other: Tried) -> bool:
     if one.objectives is None or other.objectives is None:
         return False
     (survival, gentleness), (least, most) = one.objectives, other.objectives

@@ -59,7 +59,7 @@ def changes(tuned: Tuned) -> list[str]:
 
 
 def front_rows(tuned: Tuned) -> list[tuple[str, ...]]:
-    """Number, objectives and values of every trial that no other one beats; the gentlest first."""
+    """Number, objectives and values of every trial on the Pareto front; the gentlest first."""
     default = tuned.trials[0].values
     rows = []
     for one, (survival, gentleness) in tuned.front_points():

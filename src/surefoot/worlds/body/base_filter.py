@@ -97,8 +97,8 @@ ROW = np.dtype(
         ("last", "i8"),
     ]
 )
-"""A measurement: the sum of the errors that it sees, by how much it is off, its variance, and which
-errors, from the first to before the last, are to blame if that is too much."""
+"""A measurement: the sum of the errors that it contains, by how much it is off, its variance, and
+which errors, from the first to before the last, are to blame if that is too much."""
 
 TRUSTED = 3.0
 """Standard deviations beyond which a foot has slipped."""
@@ -237,7 +237,7 @@ def _put_rows(c, arm, here, turn):
 
 @njit
 def _look_at_foot(base, noise, soles, foot, rows, first):
-    """What the kinematics tells of a standing foot: its place and heading, four rows."""
+    """What the kinematics says of a standing foot: its place and heading, four rows."""
     R = np.empty((3, 3))
     rotation_matrix(base.orientation, R)
     dx = base.feet[foot, 0] - base.position[0]

@@ -31,8 +31,8 @@ from surefoot.worlds.body.step import (
     BODY_LIMITS,
     BODY_WALK,
     DOWN,
-    LEAST_FLIGHT,
-    LEAST_RISE,
+    MIN_FLIGHT,
+    MIN_RISE,
     SHIFT,
     SOON_DOWN,
     STAND,
@@ -45,7 +45,7 @@ from surefoot.worlds.steering import Steering
 STAND_GAIN = 1.0
 """How far beyond the DCM the ZMP goes, per distance from the middle of the feet [-]."""
 
-MOST_BRAKING = 4.08
+MAX_BRAKING = 4.08
 """Of a foot that comes near to its fellow, in g: its leg may have no limit."""
 
 TOUCH_FORCE = 0.03
@@ -56,12 +56,12 @@ _OWN = MappingProxyType(
         "settle_time": ("s", 1.05),
         "shift_time": ("s", 2.1),
         "place_rate": ("1/s", 0.143),
-        "most_correction": ("m/s", 0.0535),
-        "most_change": ("m/s^2", 0.00306),
-        "furthest": ("m", 0.375),
-        "most_drop": ("m", 0.15),
+        "max_correction": ("m/s", 0.0535),
+        "max_change": ("m/s^2", 0.00306),
+        "max_lead": ("m", 0.375),
+        "max_drop": ("m", 0.15),
         "height_stiffness": ("1/s^2", 3.26),
-        "most_lift": ("m/s^2", 0.816),
+        "max_lift": ("m/s^2", 0.816),
         "sink": ("m/s", 0.178),
     }
 )
@@ -112,13 +112,13 @@ class BodyControl:
         settle_time: standing before the first step; 1.05 / omega [s].
         shift_time: in which the DCM is moved to where that begins; 2.1 / omega [s].
         place_rate: rate at which an error of place is removed; 0 holds no place; 0.143 omega [1/s].
-        most_correction: of the velocity, to either side; 0.0535 sqrt(g h) [m/s].
-        most_change: of that correction; 0 never corrects; 0.00306 g [m/s^2].
-        furthest: the course waits for a robot that is this far from it; 0.375 h [m].
+        max_correction: of the velocity, to either side; 0.0535 sqrt(g h) [m/s].
+        max_change: of that correction; 0 never corrects; 0.00306 g [m/s^2].
+        max_lead: the course waits for a robot that is this far from it; 0.375 h [m].
         knee_bend: least one of a leg, sets the CoM's height in long steps [rad].
-        most_drop: of the CoM; 0.15 h [m].
+        max_drop: of the CoM; 0.15 h [m].
         height_stiffness: of the CoM's height; 3.26 omega^2 [1/s^2].
-        most_lift: largest vertical acceleration; 0.816 g [m/s^2].
+        max_lift: largest vertical acceleration; 0.816 g [m/s^2].
         sink: speed of a foot that waits for the ground; 0.178 sqrt(g h) [m/s].
     """
 
@@ -129,13 +129,13 @@ class BodyControl:
     settle_time: float | None = None
     shift_time: float | None = None
     place_rate: float | None = None
-    most_correction: float | None = None
-    most_change: float | None = None
-    furthest: float | None = None
+    max_correction: float | None = None
+    max_change: float | None = None
+    max_lead: float | None = None
     knee_bend: float = 0.3
-    most_drop: float | None = None
+    max_drop: float | None = None
     height_stiffness: float | None = None
-    most_lift: float | None = None
+    max_lift: float | None = None
     sink: float | None = None
     mechanics: Mechanics = field(init=False, repr=False, compare=False)
     limits: NDArray[np.void] = field(init=False, repr=False, compare=False)
@@ -145,12 +145,12 @@ class BodyControl:
     def __post_init__(self) -> None:
         check_number("knee_bend", self.knee_bend, 0.0, "rad")
         own = OwnUnits.of(self.controller.robot).fill(self, _OWN)
-        for name in ("shift_time", "height_stiffness", "most_lift"):
+        for name in ("shift_time", "height_stiffness", "max_lift"):
             check_number(name, own[name], 0.0, _OWN[name][0], above=True)
         object.__setattr__(self, "mechanics", Mechanics(self.multibody))
         object.__setattr__(self, "limits", self._limits(own))
         object.__setattr__(self, "kernels", body_kernels())
-        course = CourseController(own["place_rate"], own["most_correction"], own["most_change"])
+        course = CourseController(own["place_rate"], own["max_correction"], own["max_change"])
         object.__setattr__(self, "course_controller", course)
 
     def _limits(self, own: dict[str, float]) -> NDArray[np.void]:
@@ -165,22 +165,22 @@ class BodyControl:
         for name, value in (
             ("settle_time", own["settle_time"]),
             ("shift_time", own["shift_time"]),
-            ("furthest", own["furthest"]),
-            ("most_drop", own["most_drop"]),
+            ("max_lead", own["max_lead"]),
+            ("max_drop", own["max_drop"]),
             ("stiffness", own["height_stiffness"]),
-            ("most_acceleration", own["most_lift"]),
+            ("max_acceleration", own["max_lift"]),
             ("sink", own["sink"]),
             ("period", self.controller.period),
             ("apex", robot.swing.height),
             ("landing_velocity", robot.swing.landing_velocity),
             ("step_duration", gait.step_duration),
             ("apart", robot.hip + robot.gait.step_y[0]),
-            ("braking", min(robot.swing.max_acceleration, MOST_BRAKING * robot.gravity)),
+            ("braking", min(robot.swing.max_acceleration, MAX_BRAKING * robot.gravity)),
             ("touch_force", TOUCH_FORCE * multibody.mass * robot.gravity),
             ("soon_down", SOON_DOWN * robot.swing.height),
             ("down", DOWN * robot.swing.height),
-            ("least_rise", LEAST_RISE * shortest),
-            ("least_flight", LEAST_FLIGHT * shortest),
+            ("min_rise", MIN_RISE * shortest),
+            ("min_flight", MIN_FLIGHT * shortest),
         ):
             limits[name] = value
         return limits
@@ -349,7 +349,7 @@ class BodyControl:
         x, y = mechanics.sole_position[:, :2].mean(axis=0)
         place = (float(x), float(y))
         course = state.course.moved(steering, time).waiting_for(
-            place, float(self.limits["furthest"][0])
+            place, float(self.limits["max_lead"][0])
         )
         turn = steering.turning * state.controller.gait.step_duration
         memory = state.memory

@@ -49,13 +49,13 @@ class CourseController:
 
     Attributes:
         rate: at which an error is removed [1/s].
-        most: largest correction, to either side [m/s].
-        most_change: of the correction [m/s^2].
+        max_total: largest correction, to either side [m/s].
+        max_change: of the correction [m/s^2].
     """
 
     rate: float
-    most: float
-    most_change: float
+    max_total: float
+    max_change: float
 
     def correction(
         self, before: VelocityCorrection, error: tuple[float, float], elapsed: float, turning: float
@@ -79,8 +79,8 @@ class CourseController:
         self, drift: float, back: float, off: float, elapsed: float, learns: bool
     ) -> tuple[float, float]:
         """Drift and way back along one axis."""
-        wanted, change = self.rate * off, self.most_change * elapsed
-        limited = min(max(wanted, -self.most - drift), self.most - drift)
+        wanted, change = self.rate * off, self.max_change * elapsed
+        limited = min(max(wanted, -self.max_total - drift), self.max_total - drift)
         limited = min(max(limited, back - change), back + change)
         if learns and (limited == wanted or off * (wanted + drift) < 0.0):
             drift += 0.25 * self.rate * self.rate * off * elapsed
@@ -112,13 +112,13 @@ class Course:
             time,
         )
 
-    def waiting_for(self, place: tuple[float, float], furthest: float) -> Course:
-        """The course, no further than that from the robot [m]: what a push took is lost."""
+    def waiting_for(self, place: tuple[float, float], max_lead: float) -> Course:
+        """The course, no further ahead of the robot than that [m]: what a push took is lost."""
         away = (self.place[0] - place[0], self.place[1] - place[1])
         distance = math.hypot(*away)
-        if distance <= furthest:
+        if distance <= max_lead:
             return self
-        part = furthest / distance
+        part = max_lead / distance
         return replace(self, place=(place[0] + part * away[0], place[1] + part * away[1]))
 
     def error(self, place: tuple[float, float], heading: float) -> tuple[float, float]:

@@ -119,7 +119,7 @@ _UNITS = {
     "gyro_bias": "rad/s",
     "period": "s",
 }
-"""Of the parameters that a sensor or the loop has, whoever's they are."""
+"""Of the parameters that sensors or the loop have, the same for every robot."""
 
 
 class BodyReadings(NamedTuple):

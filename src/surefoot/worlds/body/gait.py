@@ -14,12 +14,11 @@ import msgspec
 from surefoot.control.registry import find_method
 from surefoot.errors import ParameterError
 from surefoot.interface import Controller
-from surefoot.robot.gait import GaitLimits
+from surefoot.robot.gait import GaitLimits, Swing
 from surefoot.robot.legs import leg_limits
 from surefoot.robot.multibody import Multibody
 from surefoot.robot.own_units import OwnUnits
 from surefoot.robot.robot import Foot, Robot
-from surefoot.robot.swing import Swing
 from surefoot.worlds.body.controller import BodyControl
 from surefoot.worlds.body.inverse_dynamics import InverseDynamics
 

@@ -49,7 +49,7 @@ from surefoot.worlds.body.tasks import (
 EQUALITY, SOFT = 5, 8
 """Kinds of constraints, to the solver."""
 
-MOST_TASK_ROWS = 24
+MAX_TASK_ROWS = 24
 
 
 @njit
@@ -200,7 +200,7 @@ class _Program:
         self.solver: Any = None
 
     def solve(self, make: Any) -> tuple[NDArray[np.float64], int, Any]:
-        """The solution, its status (1 or 2 is success) and what else the solver tells."""
+        """The solution, its status (1 or 2 is success) and what else the solver returns."""
         if self.solver is None:
             self.solver = make()
             self.solver.setup(
@@ -246,7 +246,7 @@ class InverseDynamics:
         multibody: the mechanism.
         friction: coefficient that is relied upon; a pyramid [-].
         sole_part: fraction of the sole in which the ZMP is kept [-].
-        most_force: largest vertical force on one sole, in weights [-].
+        max_force: largest vertical force on one sole, in weights [-].
         knee_guard: least bend of the joints whose nominal pose is bent, so that legs never lock
             [rad].
         weights, stiffnesses: changes of single values of `WEIGHTS` and `STIFFNESSES`, by name.
@@ -259,14 +259,14 @@ class InverseDynamics:
     multibody: Multibody
     friction: float = 0.7
     sole_part: float = 0.9
-    most_force: float = 2.5
+    max_force: float = 2.5
     knee_guard: float = 0.12
     weights: dict[str, float] = field(default_factory=dict)
     stiffnesses: dict[str, float] = field(default_factory=dict)
     _workspace: dict[str, Any] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        for name in ("friction", "sole_part", "most_force"):
+        for name in ("friction", "sole_part", "max_force"):
             check_number(name, getattr(self, name), 0.0, "-", above=True)
         check_number("knee_guard", self.knee_guard, 0.0, "rad")
         multibody = self.multibody
@@ -286,8 +286,8 @@ class InverseDynamics:
                 "passive": multibody.passive_dofs.astype(np.int64),
                 "base": multibody.base_dof,
                 "wrenches": np.zeros((2 * WRENCH, nv)),
-                "rows": np.zeros((MOST_TASK_ROWS, nv + 2 * WRENCH)),
-                "right": np.zeros(MOST_TASK_ROWS),
+                "rows": np.zeros((MAX_TASK_ROWS, nv + 2 * WRENCH)),
+                "right": np.zeros(MAX_TASK_ROWS),
                 "error": np.zeros(3),
                 "make": optional_module("daqp", "inverse dynamics", "mujoco").Model,
                 "programs": {count: {} for count in (1, 2)},
@@ -301,7 +301,7 @@ class InverseDynamics:
     def _ground(self) -> NDArray[np.void]:
         multibody = self.multibody
         ground = new_array(GROUND)
-        ground["friction"], ground["most_force"] = self.friction, self.most_force
+        ground["friction"], ground["max_force"] = self.friction, self.max_force
         ground["half"] = np.array(multibody.robot.foot.half) * self.sole_part
         ground["arm"] = MOMENT_ARM * multibody.robot.com_height
         ground["mass"] = multibody.mass

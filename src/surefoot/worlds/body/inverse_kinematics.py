@@ -109,7 +109,7 @@ class InverseKinematics:
 
     Args:
         multibody: the mechanism.
-        rate: at which errors of place are removed; a fifth in a cycle, whoever's it is [1/s].
+        rate: at which errors of place are removed; a fifth in a cycle, of any robot [1/s].
         stiffness: of the servos; 3.75 m g h if None [N m/rad].
         damping: likewise; 0.394 m g h / omega [N m s/rad].
         trunk_weight: of the trunk's orientation, where that of a sole has 1 [-].

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from surefoot.checks import check_most, check_number, check_seed
 from surefoot.compiled import njit
 from surefoot.dcm.pushes import Push, acting_force
-from surefoot.robot.bumps import check_height, scattered_boards
+from surefoot.robot.floor import check_height, scattered_boards
 from surefoot.robot.motors import motor_torques
 from surefoot.robot.multibody import SIDES, Multibody, load_multibody
 from surefoot.worlds.body.interface import JointCommand
@@ -24,10 +24,10 @@ STANDS, CROSSED, TOUCHED, TILTED, SUNK = range(5)
 """What has become of a body: on its feet; legs have met; another part than a sole is on the floor;
 the trunk leans too far; it is too low."""
 
-MOST_TILT = 0.8
+MAX_TILT = 0.8
 """Of the trunk, of one that has not fallen [rad]."""
 
-LEAST_HEIGHT = 0.65
+MIN_HEIGHT = 0.65
 """Of the base over the floor, of the nominal one [-]."""
 
 
@@ -39,7 +39,7 @@ class Surroundings:
         friction: coefficient of the floor [-].
         payload: mass fixed to the base, or to `Body.trunk`, at its centre of mass [kg].
         mass_factor: of all links [-].
-        bumps: height of the highest board that lies on the floor, see `robot.bumps`; 0 is flat,
+        bumps: height of the highest board that lies on the floor, see `robot.floor`; 0 is flat,
             0.03 the most [m].
         seed: of where the boards lie.
 
@@ -62,7 +62,7 @@ class Surroundings:
 
     @cached_property
     def boards(self) -> NDArray[np.void]:
-        """What lies on the floor, records of `robot.bumps.BOARD`."""
+        """What lies on the floor, records of `robot.floor.Board`."""
         return scattered_boards(self.bumps, self.seed)
 
 
@@ -75,7 +75,7 @@ def _state_of(pairs, count, is_floor, is_sole, upright, height, least):
             return CROSSED
         if not is_sole[b if is_floor[a] else a]:
             found = TOUCHED
-    if found == STANDS and upright < math.cos(MOST_TILT):
+    if found == STANDS and upright < math.cos(MAX_TILT):
         found = TILTED
     if found == STANDS and height < least:
         found = SUNK
@@ -152,7 +152,7 @@ class BodyPlant:
         return int(
             _state_of(
                 contacts, len(contacts), self._is_floor, self._is_sole, self._upright[8],
-                self.position[2], LEAST_HEIGHT * self.multibody.nominal[2],
+                self.position[2], MIN_HEIGHT * self.multibody.nominal[2],
             )
         )  # fmt: skip
 
@@ -160,9 +160,10 @@ class BodyPlant:
         """One cycle of physics."""
         model, data = self.model, self._data
         motor_torques(
-            command.torque, command.position, command.velocity, command.stiffness,
-            command.damping, data.qpos[self._motor_positions], data.qvel[self._dofs],
-            self._most, self._fastest, self.torque,
+            (command.torque, command.position, command.velocity),
+            (command.stiffness, command.damping),
+            (data.qpos[self._motor_positions], data.qvel[self._dofs]),
+            (self._most, self._fastest), self.torque,
         )  # fmt: skip
         data.ctrl[:] = self.torque
         self._force[:2] = acting_force(self.pushes, self.time)

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from surefoot.geometry import rotated_by, wrapped
 from surefoot.interface import OBSERVATION
-from surefoot.robot.bumps import board_numbers
+from surefoot.robot.floor import board_numbers
 from surefoot.robot.legs import find_knees
 from surefoot.robot.robot import Robot
 from surefoot.rollout.rollout import Rollout, describe
@@ -32,7 +32,7 @@ from surefoot.worlds.steering import Steering
 
 Array = NDArray[Any]
 
-LEAST_FORCE = 1.0
+MIN_FORCE = 1.0
 """Of the floor, below which there is no ZMP [N]."""
 
 
@@ -165,7 +165,7 @@ def floor_zmp(com: Array, wrenches: Array) -> Array:
     """
     total = wrenches.sum(axis=1)
     moment, force = total[:, :3], total[:, 3:]
-    up = np.where(force[:, 2] > LEAST_FORCE, force[:, 2], np.nan)
+    up = np.where(force[:, 2] > MIN_FORCE, force[:, 2], np.nan)
     height = com[:, 2]
     x = com[:, 0] - (moment[:, 1] + height * force[:, 0]) / up
     y = com[:, 1] + (moment[:, 0] - height * force[:, 1]) / up
@@ -186,7 +186,7 @@ def carrying_foot(walk: Array) -> tuple[Array, Array]:
 
 
 def true_observations(record: Record, time: Array, believed: Robot, mass: float) -> Array:
-    """What an all-knowing observer of the walk sees, records of `OBSERVATION`, shape (n,)."""
+    """The true observations of a walk, records of `OBSERVATION`, shape (n,)."""
     state, walk = record.state, record.decision["walk"]
     support, began = carrying_foot(walk)
     rows = np.arange(len(time))

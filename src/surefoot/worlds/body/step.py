@@ -61,10 +61,10 @@ BODY_LIMITS = np.dtype(
         ("hip_ahead", "f8"),
         ("settle_time", "f8"),
         ("shift_time", "f8"),
-        ("furthest", "f8"),
-        ("most_drop", "f8"),
+        ("max_lead", "f8"),
+        ("max_drop", "f8"),
         ("stiffness", "f8"),
-        ("most_acceleration", "f8"),
+        ("max_acceleration", "f8"),
         ("touch_force", "f8"),
         ("sink", "f8"),
         ("mass", "f8"),
@@ -76,15 +76,15 @@ BODY_LIMITS = np.dtype(
         ("braking", "f8"),
         ("soon_down", "f8"),
         ("down", "f8"),
-        ("least_rise", "f8"),
-        ("least_flight", "f8"),
+        ("min_rise", "f8"),
+        ("min_flight", "f8"),
     ],
 )
 """Natural frequency of the controller [1/s], height of the CoM and distance of the hips [m]; leg
 from hip to ankle at its longest, height of the ankle over the sole, middle of the hips over and
 ahead of the CoM [m]; standing before the first step, and moving the DCM there [s]; how far the
 course goes ahead, and the CoM may sink [m]; stiffness of its height [1/s^2], largest vertical
-acceleration [m/s^2]; force that tells a landing [N]; speed of a foot that waits for the ground
+acceleration [m/s^2]; force of a landing [N]; speed of a foot that waits for the ground
 [m/s]; mass [kg]; control period [s]; apex of the foot [m], its speed at landing [m/s] and how long
 a step lasts in which it gets there [s]; least distance of the soles across [m], and how hard the
 foot can brake before it [m/s^2]; a sole that is higher cannot be landing, and one that is lower is
@@ -105,12 +105,12 @@ DOWN, UNEXPECTED = 0.2, 5
 """Part of its apex below which a sole is about to land. Higher up, on a bump, it must touch for so
 many cycles in a row: a force for a few of them may be the fault of a sensor."""
 
-LEAST_RISE, LEAST_FLIGHT = 0.15, 0.3
+MIN_RISE, MIN_FLIGHT = 0.15, 0.3
 """Parts of the shortest step: before the first nothing is to be reached, and before the second a
 sole that has left the ground does not land."""
 
 SURE = 3.0
-"""Forces in a row that tell a landing must add up to this many of the smallest: one that is weak is
+"""Forces in a row that mean a landing must add up to this many of the smallest: one that is weak is
 noise, one that is strong is not waited for."""
 
 
@@ -171,7 +171,7 @@ def _has_landed(limits, walk, command, motion, forces):
     """Whether the swinging foot is on the ground: early, in time or late."""
     swing = 1 - walk.support
     elapsed = walk.now - walk.began
-    if elapsed < limits.least_flight or elapsed < 0.5 * command.step_duration:
+    if elapsed < limits.min_flight or elapsed < 0.5 * command.step_duration:
         return False
     height = motion.sole_position[swing, 2] - motion.sole_position[walk.support, 2]
     if not (height < limits.soon_down and forces[swing] > limits.touch_force):
@@ -218,7 +218,7 @@ def _swing_height(limits, walk, duration):
     z, v, a = walk.swing_foot[2], walk.swing_foot_velocity[2], walk.swing_foot_acceleration[2]
     part = min(duration / limits.step_duration, 1.0)
     top, end, final = RISE * duration, limits.apex * part * part, 0.0
-    if top - elapsed < limits.least_rise or z > NEARLY * end:
+    if top - elapsed < limits.min_rise or z > NEARLY * end:
         top, end, final = duration, 0.0, -limits.landing_velocity
     left = top - elapsed
     if left > period:
@@ -303,7 +303,7 @@ def _wanted_height(limits, walk, observation, command):
     height = min(height, _leg_height(limits, foot, then, side))
     height = min(height, _leg_height(limits, landing, then, -side))
     height = min(height, _leg_height(limits, foot, observation.com, side))
-    return max(height, limits.height - limits.most_drop)
+    return max(height, limits.height - limits.max_drop)
 
 
 @njit
@@ -311,7 +311,7 @@ def _hold_height(limits, height, ground, motion, reference):
     """Write the vertical acceleration that brings the CoM to a height over the ground."""
     k = limits.stiffness
     wanted = k * (height + ground - motion.com[2]) - 2.0 * math.sqrt(k) * motion.com_velocity[2]
-    most = limits.most_acceleration
+    most = limits.max_acceleration
     reference.com_acceleration[2] = min(max(wanted, -most), most)
     reference.com[2] = height + ground
 

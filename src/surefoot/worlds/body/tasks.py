@@ -26,7 +26,7 @@ GROUND = np.dtype(
         ("friction", "f8"),
         ("half", "f8", (2,)),
         ("arm", "f8"),
-        ("most_force", "f8"),
+        ("max_force", "f8"),
         ("mass", "f8"),
         ("gravity", "f8"),
         ("rolls", "i8"),
@@ -334,7 +334,7 @@ def ground_rows(ground, count, nv, n, matrix, low, high, r):
     )  # fmt: skip
     for side in range(count):
         first = nv + WRENCH * side
-        low[first + 2], high[first + 2] = 0.0, ground.most_force
+        low[first + 2], high[first + 2] = 0.0, ground.max_force
         for i in (0, 1, 3, 4, 5):
             for sign in (1.0, -1.0):
                 matrix[r, first + i], matrix[r, first + 2] = sign, -most[i]

@@ -13,8 +13,7 @@ from surefoot.checks import check_number
 from surefoot.dcm.pushes import Push, acting_force
 from surefoot.errors import ParameterError
 from surefoot.interface import Controller
-from surefoot.robot.bumps import check_course
-from surefoot.robot.floor import TIME_STEP
+from surefoot.robot.floor import TIME_STEP, check_course
 from surefoot.robot.multibody import Multibody
 from surefoot.robot.robot import Robot
 from surefoot.rollout.rollout import Rollout

@@ -22,13 +22,13 @@ _ADAPTING = int(Mode.ADAPTING)
 
 
 @njit
-def _land_all(kernel, parameters, state, simulator, world, pushes, most_cycles, landings):
+def _land_all(kernel, parameters, state, simulator, world, pushes, max_cycles, landings):
     """One step under each row of `pushes`, up to its touchdown."""
     states, worlds = np.empty(2, state.dtype), np.empty(2, world.dtype)
     for i in range(landings.shape[0]):
         states[:], worlds[0] = state[0], world[0]
         now, adapted = 0, False
-        for _ in range(most_cycles):
+        for _ in range(max_cycles):
             kernel(parameters[0], states[now], worlds[now].observation, states[1 - now])
             command = states[1 - now].command
             adapted = adapted or command.mode == _ADAPTING
@@ -66,10 +66,10 @@ def pushed_landings(
     table = np.zeros((len(pushes), 1), PUSH)
     table[:, 0] = push_records(pushes)
     landings = np.zeros(len(pushes), LANDING)
-    most_cycles = math.ceil(2.0 * controller.robot.gait.step_duration[1] / controller.period)
+    max_cycles = math.ceil(2.0 * controller.robot.gait.step_duration[1] / controller.period)
     kernel = kernel_pointer(controller, state)
     _land_all(
         kernel, controller.parameters, state, simulator.parameters, simulator.start(observation),
-        table, most_cycles, landings,
+        table, max_cycles, landings,
     )  # fmt: skip
     return landings

@@ -57,7 +57,7 @@ class Walks:
         count: how many walks there are; from the columns if None.
 
     Raises:
-        ParameterError: a column has another length, a row another type, or nothing tells how many
+        ParameterError: a column has another length, a row another type, or nothing says how many
             walks there are.
     """
 

@@ -118,7 +118,7 @@ class PointWorld:
         self._simulator = replace(self._simulator, pushes=pushes)
 
     def push_with(self, records: NDArray[np.void]) -> None:
-        """Push with `PUSH` records, shape (pushes,), which no rollout tells of."""
+        """Push with `PUSH` records, shape (pushes,), which are not part of a rollout."""
         self._simulator = self._simulator.pushed_by(records)
 
     @property

@@ -1,4 +1,4 @@
-"""How large a push can be survived at all, in numbers and as a table."""
+"""What a robot can do at most, in numbers and as tables: speeds, viable DCM offsets, and pushes."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table
 
-from surefoot.dcm.nominal_gait import nominal_gait
+from surefoot.dcm.nominal_gait import largest_speed, nominal_gait
 from surefoot.dcm.push_limit import (
     ImpulseLimit,
     causal_push_limit,
@@ -18,6 +18,7 @@ from surefoot.dcm.push_limit import (
     push_limit,
 )
 from surefoot.dcm.pushes import eight_directions
+from surefoot.dcm.viability import viable_offsets
 from surefoot.errors import VelocityError
 from surefoot.robot.feet import Side
 from surefoot.robot.robot import Robot
@@ -30,6 +31,61 @@ _SAME = 0.9995
 
 _WIDTH = 92
 """No table is wider, that its rows stay easy to follow [characters]."""
+
+
+_DIRECTIONS = {
+    "forward": (1.0, 0.0),
+    "backward": (-1.0, 0.0),
+    "sideways": (0.0, 1.0),
+}
+
+
+def limits_summary(robot: Robot) -> dict[str, Any]:
+    """The limits as plain numbers; SI.
+
+    The lateral offsets are those at the end of a step on the right foot, so they belong to the
+    left foot; the other side is their mirror image.
+    """
+    offsets = {
+        "point_foot": viable_offsets(robot, Side.RIGHT),
+        "finite_foot": viable_offsets(robot, Side.RIGHT, robot.foot.half),
+    }
+    return {
+        "robot": robot.name,
+        "omega": robot.omega,
+        "largest_speed": {
+            name: largest_speed(robot, direction) for name, direction in _DIRECTIONS.items()
+        },
+        "viable_offset": {
+            foot: {
+                "x": [viable.lower[0], viable.upper[0]],
+                "y": [viable.lower[1], viable.upper[1]],
+            }
+            for foot, viable in offsets.items()
+        },
+    }
+
+
+def print_limits(limits: dict[str, Any], console: Console) -> None:
+    """The limits as a table; those of pushes, if there are any, as further ones."""
+    console.print(f"[bold]{limits['robot']}[/]: omega = {limits['omega']:.4f} 1/s")
+    table = Table(box=None, pad_edge=False, header_style="bold")
+    table.add_column("limit")
+    table.add_column("value", justify="right")
+    for name, speed in limits["largest_speed"].items():
+        table.add_row(f"speed {name}", f"{speed:.3f} m/s")
+    for foot, bounds in limits["viable_offset"].items():
+        for axis, (low, high) in bounds.items():
+            name = f"viable DCM offset {axis}, {foot.replace('_', ' ')}"
+            table.add_row(name, f"{low:+.4f} .. {high:+.4f} m")
+    console.print(table)
+    console.print(
+        "Speeds: longest steps in the shortest time. Offsets: DCM relative to the left foot as it "
+        "lands (the right foot's are mirrored); outside, no sequence of steps saves the robot, "
+        "however fast its leg."
+    )
+    if "push_limit" in limits:
+        print_push_limits(limits["push_limit"], console)
 
 
 def push_phases(robot: Robot, velocity: tuple[float, float], count: int) -> list[float]:
@@ -106,8 +162,8 @@ def _impulses(
     }
     numbers["causal"] = {}
     for foot, reach in zip(_FEET, ((0.0, 0.0), robot.foot.half), strict=True):
-        for told, limit in ((numbers, push_limit), (numbers["causal"], causal_push_limit)):
-            told[foot] = {
+        for found, limit in ((numbers, push_limit), (numbers["causal"], causal_push_limit)):
+            found[foot] = {
                 name: _numbers(
                     [
                         limit(
@@ -169,13 +225,13 @@ def _of_unknown_end(
         return "As much, if nobody knows when the push ends."
     table = _headed("Of that, if nobody knows when the push ends", leg[foot], width)
     for row, elapsed in enumerate(phases):
-        told = (100.0 * one[row] for one in shares.values())
-        table.add_row(f"{elapsed:.2f}", *(f"{share:.0f} %" for share in told))
+        percent = (100.0 * one[row] for one in shares.values())
+        table.add_row(f"{elapsed:.2f}", *(f"{share:.0f} %" for share in percent))
     return table
 
 
 def _shares(leg: dict[str, Any], foot: str, name: str) -> list[float]:
-    known, causal = (told[foot][name]["impulse"] for told in (leg, leg["causal"]))
+    known, causal = (limits[foot][name]["impulse"] for limits in (leg, leg["causal"]))
     return [one / of if of > 0.0 else 1.0 for one, of in zip(causal, known, strict=True)]
 
 

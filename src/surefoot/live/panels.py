@@ -1,7 +1,8 @@
-"""Charts beside the scene: DCM and ZMP with the sole's bounds, step durations, decision times."""
+"""What stands beside the scene: the sentence, the switches of what is drawn, and the charts."""
 
 from __future__ import annotations
 
+import html
 from collections.abc import Sequence
 from typing import Any
 
@@ -9,7 +10,8 @@ import numpy as np
 import viser
 from viser import uplot
 
-from surefoot.live.sample import Sample
+from surefoot.live.marks import LAYERS
+from surefoot.live.story import Sample
 from surefoot.robot.robot import Robot
 from surefoot.show import palette
 
@@ -21,7 +23,7 @@ HEIGHT = 178
 
 
 class Charts:
-    """Four charts of the last seconds.
+    """Four charts of the last seconds: DCM and ZMP with the sole's bounds, step and decision times.
 
     Args:
         gui: of viser, with the panel they are to be in as its container.
@@ -98,3 +100,54 @@ def _line(label: str, colour: str, dash: tuple[float, ...] | None = None) -> Any
         line["dash"] = dash
         line["width"] = 1.0
     return line
+
+
+def framed(words: str, fallen: bool = False, notice: str = "") -> str:
+    """The sentence, large; red if it fell.
+
+    Args:
+        words: what happens.
+        fallen: whether that is the end of it.
+        notice: what could not be done; may be empty.
+    """
+    colour = palette.ALARM if fallen else palette.DCM
+    more = f'<div style="color:#8a5a00;margin-top:6px">{html.escape(notice)}</div>'
+    return (
+        f'<div role="status" aria-live="polite" id="surefoot-sentence" '
+        f'style="border-left:4px solid {colour};padding:6px 10px;margin:2px 8px 8px;'
+        f'font-size:14px;line-height:1.4;min-height:4.2em">{html.escape(words)}'
+        f"{more if notice else ''}</div>"
+    )
+
+
+class Layers:
+    """The legend of the scene, and a switch for each of its layers.
+
+    Args:
+        gui: of viser.
+    """
+
+    def __init__(self, gui: Any) -> None:
+        self._switches: dict[str, Any] = {}
+        with gui.add_folder("What is drawn"):
+            gui.add_html(_legend())
+            for layer in LAYERS:
+                switch = gui.add_checkbox(layer.label, True, hint=layer.meaning)
+                self._switches[layer.key] = switch
+
+    def shown(self, key: str) -> bool:
+        """Whether a layer is switched on."""
+        return bool(self._switches[key].value)
+
+
+def _legend() -> str:
+    rows = "".join(
+        f"<div>{_dot(layer.colour)} <b>{layer.label}</b>: {html.escape(layer.meaning)}</div>"
+        for layer in LAYERS
+    )
+    return f'<div style="font-size:12px;line-height:1.5;padding:0 10px 6px">{rows}</div>'
+
+
+def _dot(colour: str) -> str:
+    """A dot of this colour for HTML."""
+    return f'<span style="color:{colour};font-size:1.15em">&#9679;</span>'

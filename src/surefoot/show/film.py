@@ -17,27 +17,27 @@ from PIL import Image, ImageDraw, ImageFont
 
 from surefoot.checks import check_writable
 from surefoot.errors import ParameterError
-from surefoot.robot.bumps import laid_boards
 from surefoot.robot.feet import Side
+from surefoot.robot.floor import laid_boards
 from surefoot.robot.multibody import Multibody, load_multibody
 from surefoot.robot.robot import STANDARD_GRAVITY
 from surefoot.rollout.rollout import Rollout
 from surefoot.rollout.trace import BodyTrace
 from surefoot.show import palette
-from surefoot.show.body_scene import (
+from surefoot.show.off_screen import OffScreen, lighten, shown_shapes
+from surefoot.show.scene import (
+    DARKEST,
     camera_at,
     draw_floor_force,
     draw_push,
     filmed_model,
     footprint_colour,
-    lighten,
     mark_point,
     mark_sole,
-    seen_shapes,
     set_stage,
 )
-from surefoot.show.off_screen import OffScreen
-from surefoot.show.walk_words import push_label, velocity_words
+from surefoot.show.stances import Commanded
+from surefoot.show.words import command_words, push_label
 
 FORMATS = (".mp4", ".gif")
 """The endings that a film's file may have."""
@@ -122,7 +122,7 @@ class Film:
             RobotError: the robot's model is not there any more.
         """
         model = filmed_model(self.multibody)
-        data, options = mujoco.MjData(model), seen_shapes(self.multibody)
+        data, options = mujoco.MjData(model), shown_shapes(self.multibody)
         everything = mujoco.mjtCatBit.mjCAT_ALL.value
         captions = Captions(self.rollout, self.trace, size)
         with OffScreen(model, *size) as screen:
@@ -134,7 +134,7 @@ class Film:
                 mujoco.mjv_updateScene(
                     model, data, options, None, camera_at(look_at), everything, screen.scene
                 )
-                lighten(screen.scene)
+                lighten(screen.scene, DARKEST)
                 set_stage(screen.scene, self._way[row])
                 self._draw_control(screen, row)
                 yield captions.written(screen.picture(), row)
@@ -217,13 +217,8 @@ class Captions:
         return np.asarray(image)
 
     def _command(self, now: float) -> str:
-        _, velocity, turning, standing = [
-            command for command in self.trace.steering if command[0] <= now + 1e-9
-        ][-1]
-        if standing:
-            return "stand"
-        words = velocity_words(velocity)
-        return words + (f", turning {turning:+.2g} rad/s" if turning else "")
+        begun = [command for command in self.trace.steering if command[0] <= now + 1e-9]
+        return command_words(Commanded(*begun[-1]))
 
     def _event(self, now: float) -> tuple[str, str] | None:
         fall = self.rollout.body_fall
@@ -252,7 +247,7 @@ def film_walk(
     Args:
         rollout: the walk.
         path: file to write; its ending names the format (.mp4, .gif).
-        progress: told after every picture how many there are by now, and will be.
+        progress: called after every picture with how many there are by now, and will be.
 
     Raises:
         ParameterError: it is the walk of a point mass.
@@ -268,14 +263,14 @@ def film_walk(
         )
     animated = path.suffix.lower() == ".gif"
     film = Film(rollout, rollout.body, GIF_RATE if animated else RATE)
-    pictures = _told(film, GIF_SIZE if animated else SIZE, progress)
+    pictures = _counted(film, GIF_SIZE if animated else SIZE, progress)
     if animated:
         _write_gif(pictures, path)
     else:
         _write_mp4(pictures, path)
 
 
-def _told(
+def _counted(
     film: Film, size: tuple[int, int], progress: Callable[[int, int], None] | None
 ) -> Iterator[Picture]:
     for index, picture in enumerate(film.pictures(size)):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from pathlib import Path
 
 import mujoco
@@ -14,15 +15,11 @@ from matplotlib.patches import Circle, Polygon, Wedge
 from numpy.typing import NDArray
 
 from surefoot.robot.feet import Side
+from surefoot.robot.legs import NominalPose
 from surefoot.robot.multibody import SIDES, Multibody
-from surefoot.robot.nominal_pose import NominalPose
 from surefoot.show import palette
-from surefoot.show.elevation import Elevation, draw_elevations, shown_groups
-from surefoot.show.halo import HALO
-from surefoot.show.picture_file import write_picture
-
-FORMATS = (".png", ".pdf", ".svg")
-"""The endings that a picture's file may have."""
+from surefoot.show.off_screen import OffScreen, lighten, shown_groups, shown_shapes
+from surefoot.show.picture_file import HALO, write_picture
 
 AXIS_COLOURS = ("#d55e00", "#009e73", "#0072b2")
 """Of x, y and z."""
@@ -34,6 +31,13 @@ _HEIGHT, _VIEW = 7.0, 5.6
 _LEFT, _BOTTOM, _GAP, _LAST = 0.65, 0.6, 1.6, 3.3
 _SOLE = "#e66100"
 _BASE_ARROW, _SOLE_ARROW = 0.14, 0.09
+
+
+_DARKEST = 0.4
+"""Mean of red, green and blue, so that what is drawn over it can be read, from 0 to 1."""
+
+_FAR = 50.0
+"""Between camera and robot, and from there to the white wall behind it [m]."""
 
 
 def draw_robot(mechanism: Multibody, pose: NominalPose, path: Path) -> None:
@@ -246,3 +250,101 @@ def _facts(mechanism: Multibody, pose: NominalPose) -> str:
             f"    {100 * pose.load[worst] / mechanism.torque[worst]:.0f} % of what it can",
         )
     )
+
+
+@dataclass(frozen=True)
+class Elevation:
+    """What is seen from one side.
+
+    Attributes:
+        azimuth: direction of sight, 90 from the right side, 180 from the front [deg].
+        across: range of what is horizontal in the picture [m].
+        up: range of z [m].
+        resolution: of the picture [1/m].
+    """
+
+    azimuth: float
+    across: tuple[float, float]
+    up: tuple[float, float]
+    resolution: float = 800.0
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Of the picture, height and width."""
+        height, width = (span[1] - span[0] for span in (self.up, self.across))
+        return round(height * self.resolution), round(width * self.resolution)
+
+    def camera(self) -> mujoco.MjvCamera:
+        """That looks at its middle."""
+        camera = mujoco.MjvCamera()
+        camera.type = mujoco.mjtCamera.mjCAMERA_FREE
+        camera.azimuth, camera.elevation, camera.distance = self.azimuth, 0.0, _FAR
+        sight = np.radians(self.azimuth)
+        rightwards = np.array([np.sin(sight), -np.cos(sight), 0.0])
+        camera.lookat[:] = 0.5 * sum(self.across) * rightwards
+        camera.lookat[2] = 0.5 * sum(self.up)
+        return camera
+
+
+def draw_elevations(mechanism: Multibody, views: list[Elevation]) -> list[NDArray[np.uint8]]:
+    """Pictures of a mechanism in its nominal pose, on white.
+
+    Args:
+        mechanism: to be drawn.
+        views: from where.
+
+    Returns:
+        For each view an array (height, width, 3).
+
+    Raises:
+        DisplayError: there is no OpenGL without a screen.
+    """
+    data, model, options = mechanism.data(), mechanism.model, shown_shapes(mechanism)
+    model.vis.map.zfar = 4.0 * _FAR / model.stat.extent
+    model.vis.headlight.ambient[:] = 0.45
+    model.vis.headlight.diffuse[:] = 0.55
+    model.vis.headlight.specular[:] = 0.1
+    everything, floor = mujoco.mjtCatBit.mjCAT_ALL.value, model.geom("floor").id
+    pictures = []
+    for view in views:
+        height, width = view.size
+        with OffScreen(model, width, height) as screen:
+            scene = screen.scene
+            mujoco.mjv_updateScene(model, data, options, None, view.camera(), everything, scene)
+            _fit(scene, view)
+            lighten(scene, _DARKEST)
+            _hide(scene, floor)
+            _hang_wall(scene, view)
+            pictures.append(screen.picture())
+    return pictures
+
+
+def _fit(scene: mujoco.MjvScene, view: Elevation) -> None:
+    """Look in parallel rays at just the view; MuJoCo's versions have other settings for it."""
+    for camera in scene.camera:
+        camera.orthographic = 1
+        camera.frustum_top = 0.5 * (view.up[1] - view.up[0])
+        camera.frustum_bottom = -camera.frustum_top
+        camera.frustum_center = 0.0
+
+
+def _hide(scene: mujoco.MjvScene, geom: int) -> None:
+    """Make a shape of the model transparent."""
+    for shape in scene.geoms[: scene.ngeom]:
+        if shape.objtype == mujoco.mjtObj.mjOBJ_GEOM and shape.objid == geom:
+            shape.rgba[3] = 0.0
+
+
+def _hang_wall(scene: mujoco.MjvScene, view: Elevation) -> None:
+    """Behind the robot, white: an empty background would be black."""
+    sight = np.radians(view.azimuth)
+    wall = scene.geoms[scene.ngeom]
+    mujoco.mjv_initGeom(
+        wall,
+        mujoco.mjtGeom.mjGEOM_BOX,
+        np.array([0.1, 20.0, 20.0]),
+        0.5 * _FAR * np.array([np.cos(sight), np.sin(sight), 0.0]),
+        np.array([np.cos(sight), -np.sin(sight), 0, np.sin(sight), np.cos(sight), 0, 0, 0, 1.0]),
+        np.ones(4, np.float32),
+    )
+    scene.ngeom += 1

@@ -21,14 +21,10 @@ from surefoot.dcm.nominal_gait import NominalGait
 from surefoot.robot.feet import Side
 from surefoot.rollout.rollout import Rollout
 from surefoot.show import palette
-from surefoot.show.decision_words import LIMIT_WORDS
-from surefoot.show.picture_file import write_picture
+from surefoot.show.picture_file import FORMATS, write_picture
 from surefoot.show.stances import Stance, broken, stances
 from surefoot.show.walk_events import shade_push_in_time
-from surefoot.show.walk_words import title
-
-FORMATS = (".png", ".pdf", ".svg")
-"""The endings that a picture's file may have."""
+from surefoot.show.words import LIMIT_WORDS, title
 
 BOX, REACH = "#e4efe9", "#a9d6c2"
 """Colours of the step box and, in it, of what the leg can reach by the time of landing."""
@@ -47,7 +43,7 @@ _ROWS = (
 )
 """Labels and heights [in] of the plots, from above."""
 
-_LEFT, _RIGHT, _HEAD, _FOOT, _GAP, _APART = 1.25, 0.15, 0.38, 0.95, 0.13, 0.16
+_LEFT, _RIGHT, _HEAD, _FOOT, _GAP, _SPACE = 1.25, 0.15, 0.38, 0.95, 0.13, 0.16
 _BOXES = "step box, time box, sole"
 
 _BRIEF = 0.02
@@ -100,13 +96,13 @@ def decision_figure(walks: Sequence[DecidedWalk]) -> Figure:
         A figure of its own, not known to pyplot.
     """
     wide = _WIDTH_ALONE if len(walks) == 1 else _WIDTH_BESIDE
-    width = _LEFT + len(walks) * (wide + _APART) - _APART + _RIGHT
+    width = _LEFT + len(walks) * (wide + _SPACE) - _SPACE + _RIGHT
     head = _HEAD if all(walk.name for walk in walks) else 2.0 * _HEAD
     height = head + sum(tall + _GAP for _, tall in _ROWS) + _FOOT
     figure = Figure(figsize=(width, height), facecolor="white")
     columns = []
     for column, walk in enumerate(walks):
-        left, top, axes = _LEFT + column * (wide + _APART), height - head, []
+        left, top, axes = _LEFT + column * (wide + _SPACE), height - head, []
         for label, tall in _ROWS:
             top -= tall
             ax = figure.add_axes((left / width, top / height, wide / width, tall / height))

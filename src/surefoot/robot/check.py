@@ -1,22 +1,75 @@
-"""Whether a robot's file and its model agree, and whether it can stand and walk as it is told."""
+"""Whether a robot's file and its model agree, and whether it can stand and walk as commanded.
+
+Nothing is imported of physics here, so that a finding can also say that there is none.
+"""
 
 from __future__ import annotations
 
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING
+
 import numpy as np
 
-from surefoot.robot.finding import OK, PROBLEM, WARNING, Finding
-from surefoot.robot.multibody import Multibody
-from surefoot.robot.nominal_pose import NominalPose
+from surefoot.errors import SurefootError
 from surefoot.robot.robot import Robot
-from surefoot.worlds.body.gait import walking_robot
+
+if TYPE_CHECKING:
+    from surefoot.robot.legs import NominalPose
+    from surefoot.robot.multibody import Multibody
 
 
-def check_robot(mechanism: Multibody, pose: NominalPose) -> list[Finding]:
+OK, WARNING, PROBLEM = "ok", "warning", "problem"
+"""What a check can find; a problem keeps the robot from walking in physics."""
+
+
+@dataclass(frozen=True)
+class Finding:
+    """What one check found.
+
+    Attributes:
+        check: what was looked at.
+        verdict: "ok", "warning" or "problem".
+        expected: what would be right.
+        got: what is.
+        remedy: what to do about it; empty if all is well.
+    """
+
+    check: str
+    verdict: str
+    expected: str
+    got: str
+    remedy: str
+
+    def as_words(self) -> dict[str, str]:
+        """For JSON."""
+        return asdict(self)
+
+
+def refusal(check: str, error: SurefootError) -> Finding:
+    """The finding that a robot cannot be loaded at all.
+
+    Args:
+        check: what could not be loaded.
+        error: that says why.
+    """
+    return Finding(check, PROBLEM, error.expected, error.got, error.remedy)
+
+
+def point_mass_only(robot: Robot) -> Finding:
+    """The finding that a robot has no mechanism to check."""
+    return Finding(
+        "model", WARNING, "a [body] table", f"{robot.name!r} is a point mass only",
+        "describe its body if it shall walk in physics: docs/robots.md",
+    )  # fmt: skip
+
+
+def check_robot(mechanism: Multibody, pose: NominalPose, walking: Robot) -> list[Finding]:
     """Check a mechanism against its robot's file.
 
     Args:
         mechanism: of the robot.
         pose: of the same mechanism, from `measure_pose`.
+        walking: the point mass that its controller believes in.
     """
     robot, model = mechanism.robot, mechanism.model
     links = f"{model.nbody - 1} links, {len(mechanism.motors)} motors"
@@ -34,8 +87,8 @@ def check_robot(mechanism: Multibody, pose: NominalPose) -> list[Finding]:
         _symmetry(mechanism, pose),
         _leg_joints(mechanism, pose),
         _knees(pose),
-        _reach(walking_robot(mechanism), pose),
-        _narrowest(walking_robot(mechanism), robot.foot.width),
+        _reach(walking, pose),
+        _narrowest(walking, robot.foot.width),
         _ranges(mechanism),
         _given(mechanism, pose, "torque", "N m"),
         _given(mechanism, pose, "speed", "rad/s"),

@@ -15,7 +15,6 @@ from numpy.typing import ArrayLike, NDArray
 from surefoot.robot.feet import Side
 from surefoot.robot.multibody import Multibody
 from surefoot.show import palette
-from surefoot.show.elevation import shown_groups
 
 SKY, FLOOR, TILE = (0.90, 0.93, 0.96, 1.0), (0.83, 0.85, 0.87, 1.0), (0.74, 0.77, 0.80, 1.0)
 """Colours."""
@@ -69,13 +68,6 @@ def filmed_model(multibody: Multibody) -> Any:
     return model
 
 
-def seen_shapes(multibody: Multibody) -> Any:
-    """Options to draw a robot's looks, or its legs and soles where looks are missing."""
-    options, groups = mujoco.MjvOption(), shown_groups(multibody)
-    options.geomgroup[:] = [group in groups for group in range(len(options.geomgroup))]
-    return options
-
-
 def camera_at(place: Sequence[float]) -> Any:
     """That looks at a CoM from ahead and from the right (x, y, z) [m]."""
     camera = mujoco.MjvCamera()
@@ -83,12 +75,6 @@ def camera_at(place: Sequence[float]) -> Any:
     camera.distance = DISTANCE * place[2]
     camera.lookat[:] = place
     return camera
-
-
-def lighten(scene: Any) -> None:
-    """Nothing of the robot so dark that it is a silhouette; for a scene without a stage."""
-    for shape in scene.geoms[: scene.ngeom]:
-        shape.rgba[:3] += max(DARKEST - shape.rgba[:3].mean(), 0.0)
 
 
 def set_stage(scene: Any, place: NDArray[np.float64]) -> None:
@@ -181,7 +167,7 @@ def _arrow(
 ) -> None:
     kind = mujoco.mjtGeom.mjGEOM_ARROW
     arrow = _add(scene, kind, (1.0, 1.0, 1.0), tail, to_rgba(colour))
-    # MuJoCo draws an arrow half as long as it is told.
+    # MuJoCo draws an arrow half as long as its arguments say.
     mujoco.mjv_connector(arrow, kind, width, tail, 2.0 * tip - tail)
 
 
