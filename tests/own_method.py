@@ -10,18 +10,15 @@ from dataclasses import dataclass
 from surefoot.compiled import njit
 from surefoot.control.base import CompiledController
 from surefoot.control.belief import hold, look
-from surefoot.control.cycle import growth_since_touchdown
 from surefoot.control.defaults import DCM_GAIN
 from surefoot.control.fields import setting
 from surefoot.control.registry import method
 from surefoot.control.tracking import (
     TRACKING,
     TRACKING_STATE,
-    begin_plan,
     end_cycle,
-    follow_plan,
     keep_box,
-    plan_landing,
+    plan_step,
     track,
     tracking_parameters,
 )
@@ -34,14 +31,8 @@ def leaning_cycle(parameters, state, observation, next_state):
     if look(parameters.gate, state, observation, next_state):
         hold(state, next_state)
         return
-    next_state.plan = state.plan
+    new_step, _ = plan_step(parameters, state, next_state)
     plan, command, seen = next_state.plan, next_state.command, next_state.belief.seen
-    new_step = seen.support_side != plan.support_side
-    if new_step:
-        begin_plan(parameters, seen, False, plan)
-    plan_landing(parameters, seen, plan)
-    growth = growth_since_touchdown(parameters.omega, seen.elapsed)
-    follow_plan(parameters, seen, growth, plan, command)
     track(parameters, seen, plan, command)
     for i in range(2):
         command.step_location[i] += SHARE * (seen.dcm[i] - command.dcm_plan[i])

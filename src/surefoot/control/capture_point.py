@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from surefoot.compiled import njit
 from surefoot.control.base import CompiledController
 from surefoot.control.belief import hold, look
-from surefoot.control.cycle import growth_since_touchdown, side_index
+from surefoot.control.cycle import side_index
 from surefoot.control.fields import setting
 from surefoot.control.registry import method
 from surefoot.control.tracking import (
@@ -28,10 +28,8 @@ from surefoot.control.tracking import (
     NO_GAIN,
     TRACKING,
     TRACKING_STATE,
-    begin_plan,
     end_cycle,
-    follow_plan,
-    plan_landing,
+    plan_step,
     tracking_parameters,
 )
 from surefoot.dcm.pendulum import dcm_flow
@@ -82,16 +80,9 @@ def capture_cycle(parameters, state, observation, next_state):
     if look(parameters.gate, state, observation, next_state):
         hold(state, next_state)
         return
-    next_state.plan = state.plan
-    plan, command = next_state.plan, next_state.command
-    observation = next_state.belief.seen
-    new_step = observation.support_side != plan.support_side
-    if new_step:
-        begin_plan(parameters, observation, False, plan)
-    plan_landing(parameters, observation, plan)
-    growth = growth_since_touchdown(parameters.omega, observation.elapsed)
-    follow_plan(parameters, observation, growth, plan, command)
-    capture(parameters, observation, plan, command)
+    new_step, _ = plan_step(parameters, state, next_state)
+    command = next_state.command
+    capture(parameters, next_state.belief.seen, next_state.plan, command)
     end_cycle(parameters, (0.0, command.step_duration), new_step, state, next_state)
 
 

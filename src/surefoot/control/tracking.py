@@ -205,6 +205,30 @@ def track(tracking, observation, plan, command):
 
 
 @njit(forceinline=True)
+def plan_step(tracking, state, next_state):
+    """Begin the plan at a touchdown, plan the landing, and write planned DCM and ZMP.
+
+    Args:
+        tracking: a `TRACKING` record.
+        state: of the cycle before.
+        next_state: of this cycle; its belief already has the observation.
+
+    Returns:
+        Whether this is the first cycle of a step; e^(omega t), the growth since the touchdown.
+    """
+    next_state.plan = state.plan
+    plan, observation = next_state.plan, next_state.belief.seen
+    new_step = observation.support_side != plan.support_side
+    if new_step:
+        begin_plan(tracking, observation, plan.adapting != 0, plan)
+        plan.adapting = 0
+    plan_landing(tracking, observation, plan)
+    growth = growth_since_touchdown(tracking.omega, observation.elapsed)
+    follow_plan(tracking, observation, growth, plan, next_state.command)
+    return new_step, growth
+
+
+@njit(forceinline=True)
 def end_cycle(tracking, in_the_air, new_step, state, next_state):
     """Complete the command of a cycle: move the swing foot, and say HELD if something is guessed.
 
@@ -240,16 +264,9 @@ def tracking_cycle(parameters, state, observation, next_state):
 @njit
 def track_step(parameters, state, next_state):
     """The cycle of `DcmTracking` on what is believed, `next_state.belief`."""
-    observation = next_state.belief.seen
-    next_state.plan = state.plan
-    plan, command = next_state.plan, next_state.command
-    new_step = observation.support_side != plan.support_side
-    if new_step:
-        begin_plan(parameters, observation, False, plan)
-    plan_landing(parameters, observation, plan)
-    growth = growth_since_touchdown(parameters.omega, observation.elapsed)
-    follow_plan(parameters, observation, growth, plan, command)
-    track(parameters, observation, plan, command)
+    new_step, _ = plan_step(parameters, state, next_state)
+    plan = next_state.plan
+    track(parameters, next_state.belief.seen, plan, next_state.command)
     in_the_air = plan.opening_after, plan.step_duration - plan.closing_before
     end_cycle(parameters, in_the_air, new_step, state, next_state)
 
@@ -347,18 +364,13 @@ class DcmTracking(
         above=0.0, search=(0.5, 100.0),
     )  # fmt: skip
     project_zmp: bool = setting(
-        True,
-        "",
-        "keep the ZMP inside the foot; False shows what the law asks for, as the paper's Figs. 5 "
-        "and 8 do",
-    )
+        True, "", "keep the ZMP inside the foot; False shows what the law asks for, as the paper's "
+        "Figs. 5 and 8 do",
+    )  # fmt: skip
     double_support: float = setting(
-        0.0,
-        "-",
-        "fraction of the step for which both feet share the load, with a smooth plan from foot to "
-        "foot; 0 for none",
-        least=0.0,
-    )
+        0.0, "-", "fraction of the step for which both feet share the load, with a smooth plan "
+        "from foot to foot; 0 for none", least=0.0,
+    )  # fmt: skip
 
     def check(self) -> None:
         """Refuse a gain that is too large, and a double support that is too long."""

@@ -8,7 +8,7 @@ import numpy as np
 
 from surefoot.compiled import njit
 from surefoot.control.belief import BELIEF, PENDULUM, hold, look
-from surefoot.control.cycle import growth_since_touchdown, side_index
+from surefoot.control.cycle import side_index
 from surefoot.control.push_observer import (
     OBSERVING,
     PUSH_OBSERVER,
@@ -18,11 +18,9 @@ from surefoot.control.push_observer import (
 from surefoot.control.tracking import (
     PLAN,
     TRACKING,
-    begin_plan,
     end_cycle,
-    follow_plan,
     keep_box,
-    plan_landing,
+    plan_step,
 )
 from surefoot.dcm.leg import furthest
 from surefoot.dcm.support import nearest_under_foot
@@ -225,17 +223,10 @@ def prepare(
         hold(state, following)
         return HELD, 0
     observation = following.belief.seen
-    following.plan = state.plan
+    new_step, growth = plan_step(parameters.tracking, state, following)
     plan, decision, observer = following.plan, following.decision, following.observer
     observe_push(parameters.observing, state.observer, observation, observer)
-    new_step = observation.support_side != plan.support_side
     decision.new_step = 1 if new_step else 0
-    if new_step:
-        begin_plan(parameters.tracking, observation, plan.adapting != 0, plan)
-        plan.adapting = 0
-    plan_landing(parameters.tracking, observation, plan)
-    growth = growth_since_touchdown(parameters.tracking.omega, observation.elapsed)
-    follow_plan(parameters.tracking, observation, growth, plan, following.command)
     wait = decision.until - observation.elapsed
     # Also a program that was put together while the clock was ahead is due.
     due = DUE * parameters.tracking.swing.period

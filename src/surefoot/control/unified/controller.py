@@ -19,7 +19,6 @@ from numpy.typing import NDArray
 from surefoot.compiled import entry_point, njit
 from surefoot.control.base import CompiledController
 from surefoot.control.belief import BELIEF, PENDULUM, hold, look
-from surefoot.control.cycle import growth_since_touchdown
 from surefoot.control.defaults import DCM_GAIN
 from surefoot.control.fields import described, filled, setting
 from surefoot.control.push_observer import (
@@ -33,12 +32,10 @@ from surefoot.control.registry import method
 from surefoot.control.tracking import (
     PLAN,
     TRACKING,
-    begin_plan,
     check_gain,
     end_cycle,
-    follow_plan,
     keep_box,
-    plan_landing,
+    plan_step,
     tracking_parameters,
 )
 from surefoot.control.unified.anticipation import keep_way_back, margin
@@ -96,17 +93,10 @@ def unified_cycle(parameters, state, observation, next_state):
         hold(state, next_state)
         return
     observation = next_state.belief.seen
-    next_state.plan = state.plan
+    new_step, _ = plan_step(parameters.tracking, state, next_state)
     plan, command = next_state.plan, next_state.command
     tracking, landing = parameters.tracking, parameters.landing
     situation, decision, observer = next_state.situation, next_state.decision, next_state.observer
-    new_step = observation.support_side != plan.support_side
-    if new_step:
-        begin_plan(tracking, observation, plan.adapting != 0, plan)
-        plan.adapting = 0
-    plan_landing(tracking, observation, plan)
-    growth = growth_since_touchdown(landing.omega, observation.elapsed)
-    follow_plan(tracking, observation, growth, plan, command)
     observe_push(parameters.observing, state.observer, observation, observer)
     last_duration = plan.step_duration if new_step else state.command.step_duration
     assess(parameters, observation, plan, last_duration, observer.force, situation, decision)

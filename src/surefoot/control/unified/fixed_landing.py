@@ -7,18 +7,13 @@ is that of the narrower box too.
 from __future__ import annotations
 
 import copy
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any, Self
 
 import msgspec
-import numpy as np
-from numpy.typing import NDArray
 
 from surefoot.control.unified.controller import UnifiedController
 from surefoot.dcm.nominal_gait import NominalGait, nominal_gait
-from surefoot.interface import Command, Observation
-from surefoot.robot.feet import Side
 from surefoot.robot.gait import GaitLimits
 from surefoot.robot.robot import Robot
 
@@ -58,55 +53,10 @@ def with_fixed_place(robot: Robot, gait: NominalGait) -> Robot:
 
 
 @dataclass(frozen=True)
-class FixedPlace:
-    """A controller within a box around its own nominal steps, for one velocity after another.
-
-    It is the controller inside, but that another velocity gets another box.
-
-    Args:
-        inside: of a robot made by `with_fixed_place`.
+class FixedPlace(UnifiedController):
+    """The unified controller of a robot made by `with_fixed_place`: another velocity gets a box of
+    its own.
     """
-
-    inside: UnifiedController
-
-    @property
-    def robot(self) -> Robot:
-        """The robot with the box of this velocity."""
-        return self.inside.robot
-
-    @property
-    def gait(self) -> NominalGait:
-        """The nominal gait."""
-        return self.inside.gait
-
-    @property
-    def period(self) -> float:
-        """Control period [s]."""
-        return self.inside.period
-
-    @property
-    def kernel(self) -> Callable[..., None] | None:
-        """The compiled cycle."""
-        return self.inside.kernel
-
-    @property
-    def parameters(self) -> NDArray[np.void]:
-        """What the kernel reads, shape (1,)."""
-        return self.inside.parameters
-
-    def first_observation(self, support_side: Side | None = None) -> Observation:
-        """What a robot observes that is ready to walk."""
-        return self.inside.first_observation(support_side)
-
-    def start(self, observation: Observation) -> NDArray[np.void]:
-        """The state before the first cycle."""
-        return self.inside.start(observation)
-
-    def step(
-        self, state: NDArray[np.void], observation: Observation
-    ) -> tuple[Command, NDArray[np.void]]:
-        """One cycle: what to do now, and the state for the next cycle."""
-        return self.inside.step(state, observation)
 
     def with_velocity(self, velocity: tuple[float, float]) -> Self:
         """The same controller for another velocity, with the box around the steps of that."""
@@ -115,8 +65,7 @@ class FixedPlace:
         gait = NominalGait(
             velocity, duration, velocity[0] * duration, velocity[1] * duration, old.hip, old.omega
         )
-        robot = with_fixed_place(self.robot, gait)
-        return replace(self, inside=replace(self.inside, robot=robot, velocity=velocity))
+        return replace(self, robot=with_fixed_place(self.robot, gait), velocity=velocity)
 
 
 def fixed_timing(
@@ -148,7 +97,5 @@ def fixed_place(robot: Robot, velocity: tuple[float, float], **parameters: Any) 
         SurefootError: as `UnifiedController`.
     """
     gait = nominal_gait(robot, velocity)
-    inside = UnifiedController(
-        with_fixed_place(robot, gait), velocity, step_duration=gait.step_duration, **parameters
-    )
-    return FixedPlace(inside)
+    box = with_fixed_place(robot, gait)
+    return FixedPlace(box, velocity, step_duration=gait.step_duration, **parameters)
