@@ -42,23 +42,16 @@ from typing import Any, Literal
 
 from matplotlib import style
 from rich.console import Console
-from rich.table import Table as TerminalTable
 from rich.text import Text as TerminalText
 
 from surefoot.checks import optional_module
 from surefoot.errors import FileError, ParameterError
 from surefoot.show import palette
 from surefoot.show.picture_file import picture_bytes
+from surefoot.studies.engine.terminal_table import print_rows
 from surefoot.version import VERSION
 
-WORD_WIDTH = 26
-"""A column of words is made no narrower than this in a terminal, unless all of it is shorter."""
-
-GAP = 2
-"""Between columns in a terminal."""
-
 _NUMBER = re.compile("[-+\N{MINUS SIGN}±≥>~]?\\s*[\\d.]")
-_UNIT_OR_WORD = re.compile(r"\[[^\]]*\]|\S+")
 _CODE, _LINK = re.compile(r"`([^`]+)`"), re.compile(r"\[([^\]]+)\]\(([^)]+)\)")
 
 
@@ -352,61 +345,9 @@ def _markdown(part: Part) -> list[str]:
 
 
 def _print_table(table: Table, console: Console) -> None:
-    """Print a table; in pieces that all begin with the first column, if it is too wide."""
     if table.title:
         console.print(TerminalText(table.title, style="bold"))
-    widths = [_width(table, index) for index in range(len(table.columns))]
-    narrow = sum(width + GAP for width in widths) - GAP > console.width
-    if narrow:
-        widths = [_least_width(table, index) for index in range(len(table.columns))]
-    for place, piece in enumerate(_pieces(widths, table.names, console.width)):
-        if place:
-            console.print()
-        shown = TerminalTable(box=None, padding=(0, 1), pad_edge=False, header_style="bold")
-        for index in piece:
-            number, heading = table.numeric(index), table.columns[index]
-            if number and narrow:
-                heading = _wrapped(heading, widths[index])
-            shown.add_column(
-                TerminalText(heading), justify="right" if number else "left", no_wrap=number
-            )
-        for row in table.rows:
-            shown.add_row(*(TerminalText(row[index]) for index in piece))
-        console.print(shown)
+    numeric = [table.numeric(column) for column in range(len(table.columns))]
+    print_rows(console, table.columns, table.rows, numeric=numeric, names=table.names)
     if table.note:
         console.print(TerminalText(f"\n{_bare(table.note)}"))
-
-
-def _width(table: Table, column: int) -> int:
-    """How wide a column of a terminal is, all of it on single lines."""
-    return max(len(text) for text in (table.columns[column], *(row[column] for row in table.rows)))
-
-
-def _least_width(table: Table, column: int) -> int:
-    """How narrow a column may be: a number stands on one line, words and a heading may not."""
-    if not table.numeric(column):
-        return min(_width(table, column), WORD_WIDTH)
-    words = _UNIT_OR_WORD.findall(table.columns[column])
-    return max(map(len, (*words, *(row[column] for row in table.rows))))
-
-
-def _wrapped(heading: str, width: int) -> str:
-    """A heading on lines of at most `width`; a unit stays on one."""
-    lines = [""]
-    for word in _UNIT_OR_WORD.findall(heading):
-        if lines[-1] and len(lines[-1]) + 1 + len(word) > width:
-            lines.append("")
-        lines[-1] = f"{lines[-1]} {word}".strip()
-    return "\n".join(lines)
-
-
-def _pieces(widths: Sequence[int], names: int, width: int) -> list[list[int]]:
-    """The columns of each piece of a table that is to be no wider than a terminal."""
-    first = list(range(names))
-    pieces = [[*first]]
-    for index in range(names, len(widths)):
-        piece = pieces[-1]
-        if len(piece) > names and sum(widths[one] + GAP for one in (*piece, index)) - GAP > width:
-            pieces.append([*first])
-        pieces[-1].append(index)
-    return pieces
