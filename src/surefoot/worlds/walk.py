@@ -131,11 +131,7 @@ class Walk(Generic[W]):
         return other
 
     def snapshot(self) -> Snapshot:
-        """What a picture of the last cycle needs.
-
-        Raises:
-            IndexError: no cycle is retained.
-        """
+        """What a picture of the last cycle needs; an IndexError if none is retained."""
         return self.world.snapshot()
 
     def rollout(self) -> Rollout:

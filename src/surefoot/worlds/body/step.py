@@ -21,75 +21,65 @@ import numpy as np
 from surefoot.compiled import entry_point, njit
 from surefoot.dcm.swing_foot import quintic
 from surefoot.interface import COMMAND, OBSERVATION
+from surefoot.record import Record, Vector3, field
 from surefoot.worlds.body.interface import BODY_REFERENCE
 from surefoot.worlds.body.mechanics import MOTION
 
 STAND, SHIFT, WALK = 0, 1, 2
 """Phases of a body: on both feet; moving the DCM to where the first step begins; walking."""
 
-BODY_WALK = np.dtype(
-    [
-        ("phase", "i8"),
-        ("support", "i8"),
-        ("steps", "i8"),
-        ("began", "f8"),
-        ("now", "f8"),
-        ("landed", "i8"),
-        ("touched", "f8"),
-        ("touches", "i8"),
-        ("heading", "f8"),
-        ("swing_foot", "f8", (3,)),
-        ("swing_foot_velocity", "f8", (3,)),
-        ("swing_foot_acceleration", "f8", (3,)),
-        ("swing_yaw", "f8"),
-        ("swing_yaw_rate", "f8"),
-    ],
-)
-"""Phase; 0 or 1 for the left or right foot on the ground; steps done; when phase or step began, and
-now [s]; whether the swinging foot has just landed, the sum of its forces since it touched the
-ground [N] and in how many cycles it did; heading of the controller's frame [rad]; reference of the
-swinging sole in the world, now [m, rad]."""
 
-BODY_LIMITS = np.dtype(
-    [
-        ("omega", "f8"),
-        ("height", "f8"),
-        ("hip", "f8"),
-        ("leg", "f8"),
-        ("ankle", "f8"),
-        ("hip_over_com", "f8"),
-        ("hip_ahead", "f8"),
-        ("settle_time", "f8"),
-        ("shift_time", "f8"),
-        ("max_lead", "f8"),
-        ("max_drop", "f8"),
-        ("stiffness", "f8"),
-        ("max_acceleration", "f8"),
-        ("touch_force", "f8"),
-        ("sink", "f8"),
-        ("mass", "f8"),
-        ("period", "f8"),
-        ("apex", "f8"),
-        ("landing_velocity", "f8"),
-        ("step_duration", "f8"),
-        ("apart", "f8"),
-        ("braking", "f8"),
-        ("soon_down", "f8"),
-        ("down", "f8"),
-        ("min_rise", "f8"),
-        ("min_flight", "f8"),
-    ],
-)
-"""Natural frequency of the controller [1/s], height of the CoM and distance of the hips [m]; leg
-from hip to ankle at its longest, height of the ankle over the sole, middle of the hips over and
-ahead of the CoM [m]; standing before the first step, and moving the DCM there [s]; how far the
-course goes ahead, and the CoM may sink [m]; stiffness of its height [1/s^2], largest vertical
-acceleration [m/s^2]; force of a landing [N]; speed of a foot that waits for the ground
-[m/s]; mass [kg]; control period [s]; apex of the foot [m], its speed at landing [m/s] and how long
-a step lasts in which it gets there [s]; least distance of the soles across [m], and how hard the
-foot can brake before it [m/s^2]; a sole that is higher cannot be landing, and one that is lower is
-about to [m]; nothing is to be reached sooner, and no sole lands that left the ground so shortly
-before [s]."""
+class BodyWalk(Record):
+    """What evolves in the walk of a body, beside the state of its controller."""
+
+    phase: int = field("", "`STAND`, `SHIFT` or `WALK`")
+    support: int = field("", "0 or 1 for the left or right foot on the ground")
+    steps: int = field("-", "steps done")
+    began: float = field("s", "when phase or step began")
+    now: float = field("s", "time of the cycle")
+    landed: int = field("", "whether the swinging foot has just landed")
+    touched: float = field("N", "sum of its forces since it touched the ground")
+    touches: int = field("-", "in how many cycles it did")
+    heading: float = field("rad", "of the controller's frame")
+    swing_foot: Vector3 = field("m", "reference of the swinging sole, z over the standing one")
+    swing_foot_velocity: Vector3 = field("m/s", "likewise")
+    swing_foot_acceleration: Vector3 = field("m/s^2", "likewise")
+    swing_yaw: float = field("rad", "likewise, its heading")
+    swing_yaw_rate: float = field("rad/s", "likewise")
+
+
+class BodyLimits(Record):
+    """What is fixed in the walk of a body."""
+
+    omega: float = field("1/s", "natural frequency of the controller")
+    height: float = field("m", "of the CoM")
+    hip: float = field("m", "distance of the hips")
+    leg: float = field("m", "from hip to ankle at its longest")
+    ankle: float = field("m", "height of the ankle over the sole")
+    hip_over_com: float = field("m", "middle of the hips over the CoM")
+    hip_ahead: float = field("m", "middle of the hips ahead of the CoM")
+    settle_time: float = field("s", "standing before the first step")
+    shift_time: float = field("s", "moving the DCM to where that begins")
+    max_lead: float = field("m", "how far the course goes ahead")
+    max_drop: float = field("m", "how far the CoM may sink")
+    stiffness: float = field("1/s^2", "of its height")
+    max_acceleration: float = field("m/s^2", "vertical")
+    touch_force: float = field("N", "smallest force of a landing")
+    sink: float = field("m/s", "speed of a foot that waits for the ground")
+    mass: float = field("kg", "of the body")
+    period: float = field("s", "of control")
+    apex: float = field("m", "of the swinging foot")
+    landing_velocity: float = field("m/s", "of the foot")
+    step_duration: float = field("s", "of a step in which the foot lands at that speed")
+    apart: float = field("m", "least distance of the soles across")
+    braking: float = field("m/s^2", "how hard the foot can brake before it")
+    soon_down: float = field("m", "a sole that is higher cannot be landing")
+    down: float = field("m", "a sole that is lower is about to land")
+    min_rise: float = field("s", "nothing is to be reached sooner after the foot left the ground")
+    min_flight: float = field("s", "no sole lands sooner after it left the ground")
+
+
+BODY_WALK, BODY_LIMITS = BodyWalk.DTYPE, BodyLimits.DTYPE
 
 SOON_DOWN = 0.6
 """Part of its apex above which a sole cannot be landing: a floor that comes up to meet it is no

@@ -15,8 +15,6 @@ from surefoot.errors import ParameterError
 from surefoot.interface import Controller
 from surefoot.robot.bumps import check_course
 from surefoot.robot.floor import TIME_STEP
-from surefoot.robot.multibody import Multibody
-from surefoot.robot.robot import Robot
 from surefoot.rollout.rollout import Rollout
 from surefoot.rollout.snapshot import Snapshot
 from surefoot.rollout.trace import TRUTH, WALKING
@@ -51,6 +49,8 @@ class BodyWorld:
         retained: how much of the past is retained [s].
 
     Attributes:
+        robot: the one that is moved.
+        multibody: its mechanism.
         steering: where it is to go.
         plan: the commands that are to hold later.
         control: walks it.
@@ -70,6 +70,7 @@ class BodyWorld:
     ) -> None:
         check_number("retained", retained, 0.0, "s")
         self.control, self._estimator, self._noise = control, estimator, noise
+        self.multibody, self.robot = control.multibody, control.multibody.robot
         self._plant = BodyPlant(control.multibody, surroundings)
         self._sensors = BodySensors(self._plant, noise, estimator)
         self.state = control.start()
@@ -84,16 +85,6 @@ class BodyWorld:
         self._route: Route = ()
         self.fate, self.cycles = STANDS, 0
         self._began = self._estimated = self._decided = 0
-
-    @property
-    def robot(self) -> Robot:
-        """The one that is moved."""
-        return self.control.multibody.robot
-
-    @property
-    def multibody(self) -> Multibody:
-        """Its mechanism."""
-        return self.control.multibody
 
     @property
     def controller(self) -> Controller:
@@ -135,15 +126,7 @@ class BodyWorld:
         return self.cycles >= round(time / self._plant.model.opt.timestep)
 
     def steer(self, steering: Steering, since: float | None = None) -> None:
-        """Walk elsewhere from the next touchdown on, or come to a stand.
-
-        Args:
-            steering: where.
-            since: when a planned command begins to hold; now if None [s].
-
-        Raises:
-            VelocityError: the robot cannot walk so fast; it goes on as before.
-        """
+        """Walk elsewhere from the next touchdown on, or come to a stand; see `World.steer`."""
         if not steering.standing:
             self.control.controller.with_velocity(steering.velocity)
         self.steering = steering
@@ -187,10 +170,7 @@ class BodyWorld:
         """A copy that goes on by itself, with a solver that remembers nothing of this one's.
 
         A solver that starts from its last answer would make what comes of a fork depend on what was
-        done before.
-
-        Args:
-            recorded: whether its cycles are retained, those so far among them.
+        done before. See `World.fork`.
         """
         other = copy.copy(self)
         other._plant = self._plant.fork()
@@ -202,11 +182,7 @@ class BodyWorld:
         return other
 
     def snapshot(self) -> Snapshot:
-        """What a picture of the last cycle needs.
-
-        Raises:
-            IndexError: no cycle is retained.
-        """
+        """What a picture of the last cycle needs; an IndexError if none is retained."""
         if not self.cycles or self._recorder is None:
             raise IndexError("no cycle has passed")
         believed = self.control.controller.robot
@@ -230,11 +206,7 @@ class BodyWorld:
         )
 
     def rollout(self) -> Rollout:
-        """The walk so far, or as much of its end as is retained.
-
-        Raises:
-            IndexError: no cycle is retained.
-        """
+        """The walk so far, or as much of its end as is retained; an IndexError if nothing is."""
         if self._recorder is None:
             raise IndexError("no cycle is retained")
         record = self._recorder.record(self.cycles)

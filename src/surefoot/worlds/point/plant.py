@@ -11,7 +11,8 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from copy import copy
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from dataclasses import field as attribute
 from functools import cache
 
 import numpy as np
@@ -25,8 +26,8 @@ from surefoot.dcm.pushes import PUSH, Push, force_until_change, push_records
 from surefoot.dcm.trunk import trunk_flow
 from surefoot.dcm.viability import fall_distance
 from surefoot.geometry import length
-from surefoot.interface import COMMAND, OBSERVATION, Command, Observation
-from surefoot.record import new_array
+from surefoot.interface import COMMAND, Command, Observation
+from surefoot.record import Record, field, new_array
 from surefoot.robot.robot import Robot
 from surefoot.rollout.disturbance import Disturbance, misplace
 
@@ -37,37 +38,39 @@ OTHER_PENDULUM = 1e-9
 """A DCM this far from what CoM and velocity make it is that of another robot, as a fraction of the
 height of the CoM."""
 
-LIPM_PARAMETERS = np.dtype(
-    [
-        ("omega", "f8"),
-        ("mass", "f8"),
-        ("period", "f8"),
-        ("max_speed", "f8"),
-        ("max_acceleration", "f8"),
-        ("com_height", "f8"),
-        ("inertia", "f8"),
-        ("max_torque", "f8"),
-        ("max_lean", "f8"),
-        ("fall_distance", "f8"),
-        ("landing_error", "f8"),
-        ("touchdown_shift", "f8"),
-        ("seed", "i8"),
-    ],
-)
 
-LIPM_WORLD = np.dtype(
-    [
-        ("observation", OBSERVATION),
-        ("step_start", "f8"),
-        ("cycle", "i8"),
-        ("steps", "i8"),
-        ("fallen", "i8"),
-        ("due", "f8"),
-    ],
-)
-"""The state of the world: what can be observed, when the step began [s], cycles since then, steps
-finished, whether it has fallen, and since when a foot is waiting for the ground, after the last
-touchdown; 0 if none is [s]."""
+class LipmParameters(Record):
+    """A point mass with its legs, trunk and ground."""
+
+    omega: float = field("1/s", "natural frequency")
+    mass: float = field("kg", "of the robot")
+    period: float = field("s", "of control")
+    max_speed: float = field("m/s", "of the swing foot along each axis")
+    max_acceleration: float = field("m/s^2", "likewise")
+    com_height: float = field("m", "of the CoM")
+    inertia: float = field("kg m^2", "of the trunk")
+    max_torque: float = field("N m", "at the hip, 0 without a trunk")
+    max_lean: float = field("rad", "of the trunk")
+    fall_distance: float = field("m", "from the support foot to a DCM that no step can save")
+    landing_error: float = field("m", "how far a foot comes to stand from where it lands")
+    touchdown_shift: float = field("s", "of the ground, earlier if negative")
+    seed: int = field("", "of the landing errors")
+
+
+class LipmWorld(Record):
+    """The state of the world of a point mass."""
+
+    observation: Observation = field("", "what can be observed")
+    step_start: float = field("s", "when the step began")
+    cycle: int = field("-", "cycles since then")
+    steps: int = field("-", "steps finished")
+    fallen: int = field("", "whether the robot has fallen")
+    due: float = field(
+        "s", "since when a foot waits for the ground, after the last touchdown, or 0"
+    )
+
+
+LIPM_PARAMETERS, LIPM_WORLD = LipmParameters.DTYPE, LipmWorld.DTYPE
 
 
 @njit(forceinline=True)
@@ -271,8 +274,8 @@ class LipmSimulator:
     pushes: Sequence[Push] = ()
     disturbance: Disturbance | None = None
     believed: Robot | None = None
-    parameters: NDArray[np.void] = field(init=False, repr=False, compare=False)
-    push_array: NDArray[np.void] = field(init=False, repr=False, compare=False)
+    parameters: NDArray[np.void] = attribute(init=False, repr=False, compare=False)
+    push_array: NDArray[np.void] = attribute(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         check_number("period", self.period, 0.0, "s", above=True)

@@ -56,6 +56,8 @@ class PointWorld:
         retained: how much of the past is retained [s].
 
     Attributes:
+        robot: the one that is moved.
+        controller: what decides, for the velocity of now.
         steering: where it is to go.
         plan: the commands that are to hold later.
         state: of the controller, a record of shape (1,).
@@ -78,7 +80,7 @@ class PointWorld:
     ) -> None:
         check_number("retained", retained, 0.0, "s", endless=True)
         plant = plant or controller.robot
-        self._controller, self._heading = controller, 0.0
+        self.robot, self.controller, self._heading = plant, controller, 0.0
         self._about = type(controller).__name__, describe(controller)
         self._disturbance, self._estimator = disturbance, estimator
         self.steering = Steering(controller.gait.velocity)
@@ -96,16 +98,6 @@ class PointWorld:
             maxlen=None if retained == math.inf else math.ceil(retained / controller.period)
         )
         self._velocities = [(0.0, controller.gait.velocity)]
-
-    @property
-    def robot(self) -> Robot:
-        """The one that is moved."""
-        return self._simulator.robot
-
-    @property
-    def controller(self) -> Controller:
-        """What decides, for the velocity of now."""
-        return self._controller
 
     @property
     def pushes(self) -> tuple[Push, ...]:
@@ -146,18 +138,10 @@ class PointWorld:
         return self.time >= time
 
     def steer(self, steering: Steering, since: float | None = None) -> None:
-        """Walk elsewhere; a stand is a walk in place.
-
-        Args:
-            steering: where.
-            since: when a planned command begins to hold; now if None [s].
-
-        Raises:
-            VelocityError: the robot cannot walk so fast; it goes on as before.
-        """
+        """Walk elsewhere, see `World.steer`; a stand is a walk in place."""
         velocity = (0.0, 0.0) if steering.standing else steering.velocity
-        if velocity != self._controller.gait.velocity:
-            self._controller = self._controller.with_velocity(velocity)
+        if velocity != self.controller.gait.velocity:
+            self.controller = self.controller.with_velocity(velocity)
             since = self.time if since is None else since
         if since is not None:
             self._note_velocity(since)
@@ -171,7 +155,7 @@ class PointWorld:
         """What the controller answers, in a frame that turns with the steps."""
         observation = Observation.of(turned(self._seen.array, -self._heading))
         before = perf_counter_ns()
-        command, self.state = self._controller.step(self.state, observation)
+        command, self.state = self.controller.step(self.state, observation)
         self._took = perf_counter_ns() - before
         self.command = Command.of(self._in_world(command.array))
         truth = self.record["observation"]
@@ -188,14 +172,14 @@ class PointWorld:
         turn = self._turn_of_a_step()
         answer = turned(command, self._heading)
         if turn != 0.0:
-            elapsed = self.record["observation"]["elapsed"][0] + self._controller.period
-            part = min(elapsed / max(command["step_duration"][0], self._controller.period), 1.0)
+            elapsed = self.record["observation"]["elapsed"][0] + self.controller.period
+            part = min(elapsed / max(command["step_duration"][0], self.controller.period), 1.0)
             answer = copy_array(answer)
             answer["swing_yaw"] = self._heading + turn * (2.0 * part - 1.0)
         return answer
 
     def _turn_of_a_step(self) -> float:
-        return self.steering.turning * self._controller.gait.step_duration
+        return self.steering.turning * self.controller.gait.step_duration
 
     def _turn(self) -> None:
         turn = self._turn_of_a_step()
@@ -204,11 +188,11 @@ class PointWorld:
         self._heading = float(self.record["observation"]["support_yaw"][0])
         # Its memory is of another frame; at a touchdown it holds little that is not seen anew.
         seen = turned(self.record["observation"], -self._heading)
-        self.state = self._controller.start(Observation.of(seen))
+        self.state = self.controller.start(Observation.of(seen))
         self._note_velocity(self.time)
 
     def _note_velocity(self, since: float) -> None:
-        velocity = rotated(self._controller.gait.velocity, self._heading)
+        velocity = rotated(self.controller.gait.velocity, self._heading)
         self._velocities = [*self._retained_velocities(), (since, velocity)]
 
     def _retained_velocities(self) -> list[tuple[float, tuple[float, float]]]:
@@ -231,25 +215,17 @@ class PointWorld:
         self._rows.clear()
         self._heading, self.record, self._memory = at.heading, at.world, at.measured
         self.state, self.command = at.state, Command.of(at.command)
-        velocity = rotated(self._controller.gait.velocity, at.heading)
+        velocity = rotated(self.controller.gait.velocity, at.heading)
         self._velocities = [(self.time, velocity)]
 
     def fork(self, recorded: bool = True) -> Self:
-        """A copy that goes on by itself.
-
-        Args:
-            recorded: whether its cycles are retained, those so far among them.
-        """
+        """A copy that goes on by itself, see `World.fork`."""
         other = copy.copy(self)
         other._rows = self._rows.copy() if recorded else deque(maxlen=0)
         return other
 
     def snapshot(self) -> Snapshot:
-        """What a picture of the last cycle needs.
-
-        Raises:
-            IndexError: no cycle is retained.
-        """
+        """What a picture of the last cycle needs; an IndexError if none is retained."""
         truth, _, answer, took = self._rows[-1]
         return Snapshot(
             observation=truth[0],
@@ -278,5 +254,5 @@ class PointWorld:
             disturbance=self._disturbance,
             estimator="" if self._estimator is None else describe(self._estimator),
             version=VERSION,
-            settled_error=settled_error(self._controller),
+            settled_error=settled_error(self.controller),
         )
