@@ -1,4 +1,4 @@
-"""How methods are told apart in every picture and on the page: colour, dash and shape.
+"""The mark of each method in every picture and on the page: colour, dash and shape.
 
 Six colours after Okabe and Ito, each twice: with a solid and with a dashed line. All twelve shapes
 differ, so that no one has to rely on colour.
