@@ -50,13 +50,13 @@ def replay(file: Path, page: Path | None, host: str, port: int, open_page: bool)
 
 
 def _load(file: Path) -> Rollout:
-    """The walk; what is missing of it is told."""
+    """The walk; a note says what is missing of it."""
     from surefoot.rollout.rollout import load_rollout
 
-    with warnings.catch_warnings(record=True) as told:
+    with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         rollout = load_rollout(file)
-    for one in told:
+    for one in caught:
         click.echo(f"note: {one.message}", err=True)
     return rollout
 

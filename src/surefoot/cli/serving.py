@@ -39,7 +39,7 @@ def serve_page(
 
     Args:
         host, port, open_page: as of the options.
-        words: what stands before the address when it is told.
+        words: what stands before the address when it is printed.
         make: the page, with `draw` and `serve`, on its server.
 
     Raises:

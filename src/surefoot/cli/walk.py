@@ -9,7 +9,14 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 import click
 
-from surefoot.cli.walk_body import BodyWalk, World, check_body_walk, refuse_others, walk_body
+from surefoot.cli.walk_body import (
+    BodyWalk,
+    World,
+    check_body_walk,
+    film_body,
+    refuse_others,
+    walk_body,
+)
 from surefoot.errors import ParameterError
 from surefoot.options import (
     check_plotting,
@@ -263,7 +270,7 @@ def walk(
     if plot is not None:
         rollout.plot(plot)
     if video is not None:
-        _film(rollout, video)
+        film_body(rollout, video)
     _report(rollout, decided, decision_plot, as_json)
 
 
@@ -362,32 +369,27 @@ def _check_decides(controller: Controller, decision_plot: Path | None) -> None:
         )
 
 
-def _film(rollout: Rollout, path: Path) -> None:
-    """Film a walk, with a bar on the error output: the other one may be read by a machine."""
-    from rich.console import Console
-    from rich.progress import Progress
-
-    from surefoot.show.film import film_walk
-
-    with Progress(console=Console(stderr=True), transient=True) as bars:
-        bar = bars.add_task("filming", total=None)
-        film_walk(rollout, path, lambda done, total: bars.update(bar, completed=done, total=total))
-
-
 def _report(
     rollout: Rollout, decided: NDArray[np.void] | None, decision_plot: Path | None, as_json: bool
 ) -> NoReturn:
     """Draw the decisions, print the walk, and exit with its status."""
+    from rich.console import Console
+
     from surefoot.show.summary import holds_course, print_walk, walk_summary
 
     if decided is not None and decision_plot is not None:
         from surefoot.show.decisions import DecidedWalk, draw_decisions
 
         draw_decisions([DecidedWalk(rollout, decided)], decision_plot)
-    if as_json:
+    if rollout.body is not None:
+        from surefoot.show.body_summary import body_summary, print_body
+
+        if as_json:
+            print_json(body_summary(rollout, rollout.body))
+        else:
+            print_body(rollout, rollout.body, Console())
+    elif as_json:
         print_json(walk_summary(rollout, decided))
     else:
-        from rich.console import Console
-
         print_walk(rollout, Console(), decided)
     sys.exit(0 if not rollout.fallen and holds_course(rollout) else 1)

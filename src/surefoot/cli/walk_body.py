@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from surefoot.checks import check_number
@@ -216,3 +217,15 @@ def _simulate(walk: BodyWalk, control: BodyControl) -> Rollout:
         noise=None if walk.truth else walk.world.noise(control.multibody.robot),
         estimator=TRUTH if walk.truth else None,
     )
+
+
+def film_body(rollout: Rollout, path: Path) -> None:
+    """Film a walk, with a bar on the error output: the other one may be read by a machine."""
+    from rich.console import Console
+    from rich.progress import Progress
+
+    from surefoot.show.film import film_walk
+
+    with Progress(console=Console(stderr=True), transient=True) as bars:
+        bar = bars.add_task("filming", total=None)
+        film_walk(rollout, path, lambda done, total: bars.update(bar, completed=done, total=total))

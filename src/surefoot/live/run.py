@@ -159,7 +159,7 @@ class LiveRun:
             try:
                 for one in (self.walk, self.ghost):
                     if one is not None and not steering.standing:
-                        # All of them can, or none is told.
+                        # All of them can, or none is steered.
                         one.controller.with_velocity(steering.velocity)
                 for one in (self.walk, self.ghost):
                     if one is not None:

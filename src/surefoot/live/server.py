@@ -1,4 +1,4 @@
-"""The server of the page: for this machine alone unless told otherwise, and quiet.
+"""The server of the page: for this machine alone unless --host names an address, and quiet.
 
 The library's own would publish itself to the internet if a tab asked it to, and would listen to any
 web page that a browser on this machine has open.

@@ -1,4 +1,4 @@
-"""How methods are told apart in every picture and on the page: colour, dash and shape.
+"""The mark of each method in every picture and on the page: colour, dash and shape.
 
 Six colours after Okabe and Ito, each twice: with a solid and with a dashed line. All shapes differ,
 so that no one has to rely on colour. From the thirteenth method on, hues are spread evenly over the

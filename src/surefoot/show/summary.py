@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -12,10 +11,8 @@ from rich.console import Console
 from rich.table import Table
 
 from surefoot.robot.feet import Side
-from surefoot.rollout.measures import BodyMeasures, measure_body
 from surefoot.rollout.outcome import Outcome
 from surefoot.rollout.rollout import Rollout
-from surefoot.rollout.trace import BodyTrace
 from surefoot.show.stances import Commanded, commanded, walks_on_footholds
 from surefoot.show.words import closest_call, margin_sentence
 
@@ -28,20 +25,11 @@ _SENTENCES = {
 }
 
 
-_BODY_SENTENCES = {
-    Outcome.WALKED: "walked",
-    Outcome.RECOVERED: "recovered: walked on",
-    Outcome.UNSETTLED: "unsettled: not back in its gait when the run ended; walked",
-    Outcome.FELL: "fell",
-    Outcome.CUT_SHORT: "cut short: its end is lost; walked",
-}
-
-
 def walk_summary(rollout: Rollout, decided: NDArray[np.void] | None = None) -> dict[str, Any]:
     """The walk as plain numbers, strings, lists and dictionaries; SI.
 
     A number that does not exist (no two finished steps, an endless push) is None. What a body adds
-    is `body`, which a point mass has not.
+    is in `show.body_summary`, which a walk of a point mass does not load.
 
     Args:
         rollout: the walk.
@@ -49,7 +37,7 @@ def walk_summary(rollout: Rollout, decided: NDArray[np.void] | None = None) -> d
     """
     mass = rollout.mass
     decision = np.percentile(rollout.decision_time, (50, 99))
-    summary = {
+    return {
         "version": rollout.version,
         "robot": rollout.robot.name,
         "controller": rollout.controller,
@@ -86,33 +74,6 @@ def walk_summary(rollout: Rollout, decided: NDArray[np.void] | None = None) -> d
         "smallest_margin": None if decided is None else closest_call(rollout, decided),
         "fall": _fall(rollout),
     }
-    return summary if rollout.body is None else {**summary, "body": _body(rollout, rollout.body)}
-
-
-def _body(rollout: Rollout, trace: BodyTrace) -> dict[str, Any]:
-    measures, fall = asdict(measure_body(rollout, trace)), rollout.body_fall
-    measures["cycle_time"] = dict(zip(("p50", "p99"), measures["cycle_time"], strict=True))
-    speed = measures.pop("speed")
-    return {
-        "senses": trace.senses,
-        "surroundings": trace.surroundings,
-        "speed_held": None if speed is None else list(speed),
-        "commanded": list(measures.pop("commanded")),
-        "makes_way": holds_course(rollout),
-        **measures,
-        "fall_cause": None if fall is None else fall.cause.value,
-        "fall": None
-        if fall is None
-        else {
-            "cause": fall.cause.value,
-            "time": fall.time,
-            "words": fall.words,
-            "part": fall.part,
-            "evidence": fall.evidence,
-            "end": fall.end,
-            "ending": fall.ending,
-        },
-    }
 
 
 def holds_course(rollout: Rollout) -> bool:
@@ -122,15 +83,12 @@ def holds_course(rollout: Rollout) -> bool:
 
 def print_walk(rollout: Rollout, console: Console, decided: NDArray[np.void] | None = None) -> None:
     """The walk as a short table and a few sentences; arguments as of `walk_summary`."""
-    if rollout.body is not None:
-        _print_body(rollout, rollout.body, console)
-        return
     summary = walk_summary(rollout, decided)
     console.print(
         f"[bold]{rollout.robot.name}[/] ({rollout.robot.mass:g} kg) {_course(rollout)} with "
         f"{rollout.controller}"
     )
-    _print_pushes(rollout, console)
+    print_pushes(rollout, console)
     console.print(_step_table(rollout))
     console.print(f"[bold]{_SENTENCES[rollout.outcome]}[/]{_evidence(rollout)}")
     if summary["smallest_margin"] is not None:
@@ -151,10 +109,11 @@ def _course(rollout: Rollout) -> str:
     if walks_on_footholds(rollout):
         return "walks on footholds"
     last = commanded(rollout)[-1]
-    return _command_sentence(last).replace("walk", "walks") + ("," if last.turning else "")
+    return command_sentence(last).replace("walk", "walks") + ("," if last.turning else "")
 
 
-def _command_sentence(command: Commanded) -> str:
+def command_sentence(command: Commanded) -> str:
+    """A command as what the robot is to do."""
     if command.standing:
         return "stand"
     x, y = command.velocity
@@ -162,31 +121,8 @@ def _command_sentence(command: Commanded) -> str:
     return f"walk at ({x:g}, {y:g}) m/s{turning}"
 
 
-def _print_body(rollout: Rollout, trace: BodyTrace, console: Console) -> None:
-    state = "an estimate from its sensors" if len(trace.told_position) else "the truth"
-    console.print(
-        f"[bold]{trace.robot.name}[/] ({trace.robot.mass:g} kg) in physics with "
-        f"{rollout.controller}, given {state}"
-    )
-    for command in commanded(rollout):
-        console.print(f"from {command.time:g} s: {_command_sentence(command)}")
-    _print_pushes(rollout, console)
-    for name, value in _rows(rollout, measure_body(rollout, trace)):
-        console.print(f"  {name:<17}{value}", soft_wrap=True, highlight=False)
-    fall = rollout.body_fall
-    if fall is None and not holds_course(rollout):
-        console.print(f"[bold]unsettled[/]: {_off_speed(rollout)}", soft_wrap=True)
-    elif fall is None:
-        ends = (push.end for push in rollout.pushes)
-        ended = max((end for end in ends if end < rollout.time[-1]), default=0.0)
-        lasted = f"{rollout.time[-1] - ended:.3g} s{' after the push' if ended else ''}"
-        sentence = _BODY_SENTENCES[rollout.outcome]
-        console.print(f"[bold]{sentence}[/] for {lasted}", soft_wrap=True)
-    else:
-        console.print(f"[bold]fell[/]: {fall.sentence}", soft_wrap=True)
-
-
-def _print_pushes(rollout: Rollout, console: Console) -> None:
+def print_pushes(rollout: Rollout, console: Console) -> None:
+    """A line for every push."""
     for push in rollout.pushes:
         console.print(f"pushed {describe_push(push.force, push.start, push.end, rollout)}")
 
@@ -255,54 +191,3 @@ def _round(value: float) -> str:
 
 def _finite(value: float) -> float | None:
     return float(value) if math.isfinite(value) else None
-
-
-def _off_speed(rollout: Rollout) -> str:
-    held = rollout.held_speed
-    if held is None:
-        return ""
-    (x, y), (want_x, want_y) = held.velocity, held.commanded
-    return (
-        f"it steps, but goes at ({x:.3f}, {y + 0.0:.3f}) m/s where ({want_x:g}, {want_y:g}) was "
-        f"commanded, in steps of {held.duration:.3g} s that were to take {held.planned:.3g} s"
-    )
-
-
-def _rows(rollout: Rollout, measures: BodyMeasures) -> list[tuple[str, str]]:
-    rows = [("steps", f"{len(rollout.footsteps)}")]
-    if measures.speed is not None:
-        (x, y), (want_x, want_y) = measures.speed, measures.commanded
-        held = f"({x:.3f}, {y + 0.0:.3f}) m/s, commanded ({want_x:g}, {want_y:g})"
-        rows.append(("speed held", held))
-    if measures.lateral_drift is not None and measures.heading_error is not None:
-        drift, turn = 1e3 * measures.lateral_drift, math.degrees(measures.heading_error)
-        side = "left" if drift >= 0.0 else "right"
-        rows.append(("off course", f"{abs(drift):.0f} mm to the {side}, heading {turn:+.1f}°"))
-    if measures.knees is not None:
-        bends = " and ".join(
-            f"{math.degrees(low):.0f}–{math.degrees(high):.0f}°" for low, high in measures.knees
-        )
-        rows.append(("knees", f"{bends}, left and right"))
-    if measures.clearance is not None:
-        least, median = (1e3 * value for value in measures.clearance)
-        scuffs = f"; {measures.scuffs} steps scuffed" if measures.scuffs else ""
-        rows.append(("clearance", f"{median:.0f} mm mid-swing, at least {least:.0f} mm{scuffs}"))
-    busiest = sorted(measures.torque_part.items(), key=lambda item: -item[1])[:3]
-    if busiest:
-        parts = ", ".join(f"{name} {100.0 * part:.0f} %" for name, part in busiest)
-        rows.append(("largest torques", parts))
-    if measures.estimate:
-        dcm, tilt = 1e3 * measures.estimate["dcm"], math.degrees(measures.estimate["tilt"])
-        place = 1e3 * measures.estimate["place"]
-        rows.append(
-            ("estimate off by", f"DCM {dcm:.1f} mm, tilt {tilt:.2f}°, place {place:.0f} mm")
-        )
-    p50, p99 = (1e3 * value for value in measures.cycle_time)
-    rows.append(
-        (
-            "control cycle",
-            f"{p50:.2f} ms (median), {p99:.2f} ms (99 %); "
-            f"{measures.real_time_factor:.1f} × real time with physics",
-        )
-    )
-    return rows
