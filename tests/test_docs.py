@@ -2,8 +2,8 @@
 
 The blocks of a page run in order, in one directory and one Python namespace. A python block that is
 directly followed by a text block must print just that. A toml or python block whose first line is a
-comment with a file name is written to that file instead. Of the shell blocks, the lines that call surefoot are run;
-one that is to fail says so at its end: `# exits with 1`.
+comment with a file name is written to that file instead. Of the shell blocks, the lines that call
+surefoot are run; one that is to fail says so at its end: `# exits with 1`.
 """
 
 from __future__ import annotations
