@@ -112,12 +112,12 @@ def test_it_is_compared_and_drawn(installed: Path, tmp_path: Path) -> None:
     assert "tracking that steps" in (tmp_path / "out" / "compare.html").read_text("utf-8")
 
 
-def test_a_study_sets_it_and_tuning_searches_it(installed: Path, tmp_path: Path) -> None:
+def test_a_study_sets_it_and_tuning_searches_it(installed: Path) -> None:
     code = (
-        "from surefoot.studies.tune.knobs import knobs_of\n"
-        "from surefoot.studies.sweep.sweep_parameters import known_parameters\n"
-        "print([(k.name, k.low, k.high) for k in knobs_of('leaning')])\n"
-        "print('controller.gain' in known_parameters('leaning'))"
+        "from surefoot.studies.tune.parameters import usual_parameters\n"
+        "from surefoot.studies.sweep.parameters import parameters\n"
+        "print([(one.name, one.low, one.high) for one in usual_parameters('leaning')])\n"
+        "print('controller.gain' in parameters('leaning'))"
     )
     assert python(installed, "-c", code).splitlines() == ["[('gain', 0.2, 3.0)]", "True"]
 
