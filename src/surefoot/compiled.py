@@ -17,14 +17,18 @@ from numba.core.ccallback import CFunc
 
 from surefoot.plugins import PACKAGE, content, foreign_stamp
 
-ROOMS = ("geometry.py", "robot", "dcm", "control", "rollout", "worlds")
-"""Where kernels live; what lies above them on the ladder is never compiled into one."""
+NOT_COMPILED = {
+    "__init__.py", "checks.py", "cli", "conformance.py", "errors.py", "live", "options.py",
+    "plugins.py", "show", "studies", "version.py",
+}  # fmt: skip
+"""What no kernel is made of: what only fails, lists or shows. All else counts, what is new too."""
 
 
 @cache
 def source_stamp() -> str:
     """The content of every source file of Surefoot that kernels can be made of, as a hash."""
-    return content(PACKAGE, [PACKAGE / room for room in ROOMS])
+    sources = (path for path in PACKAGE.iterdir() if path.is_dir() or path.suffix == ".py")
+    return content(PACKAGE, sorted(path for path in sources if path.name not in NOT_COMPILED))
 
 
 def njit(function: Callable[..., Any] | None = None, **options: Any) -> Any:
