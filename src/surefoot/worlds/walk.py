@@ -114,9 +114,11 @@ class Walk(Generic[W]):
             until: when to end [s].
             stop: called after every cycle; the walk ends where it says so.
         """
-        while not (self.fallen or self.world.has_reached(until)):
-            self.step()
-            if stop is not None and stop(self.world):
+        world = self.world
+        while not (world.fallen or world.has_reached(until)):
+            self.decide()
+            world.act()
+            if stop is not None and stop(world):
                 return
 
     def fork(self, recorded: bool = True, watch: Callable[[W], None] | None = None) -> Self:

@@ -169,9 +169,9 @@ class PointWorld:
 
     def _in_world(self, command: NDArray[np.void]) -> NDArray[np.void]:
         """The answer in the world, with a foot that turns to the next heading while it swings."""
-        turn = self._turn_of_a_step()
         answer = turned(command, self._heading)
-        if turn != 0.0:
+        if self.steering.turning != 0.0:
+            turn = self._turn_of_a_step()
             elapsed = self.record["observation"]["elapsed"][0] + self.controller.period
             part = min(elapsed / max(command["step_duration"][0], self.controller.period), 1.0)
             answer = copy_array(answer)
@@ -182,9 +182,9 @@ class PointWorld:
         return self.steering.turning * self.controller.gait.step_duration
 
     def _turn(self) -> None:
-        turn = self._turn_of_a_step()
-        if turn == 0.0 or self.fallen:
+        if self.steering.turning == 0.0 or self.fallen:
             return
+        turn = self._turn_of_a_step()
         self._heading = float(self.record["observation"]["support_yaw"][0])
         # Its memory is of another frame; at a touchdown it holds little that is not seen anew.
         seen = turned(self.record["observation"], -self._heading)
