@@ -178,6 +178,14 @@ def test_rows_do_not_depend_on_workers_or_order(tmp_path, monkeypatch) -> None:
     assert len(result.provenance["robot file"]) == 16
 
 
+@pytest.mark.parametrize("key", ["linear-mpc", "surefoot.control.mpc.linear:LinearMpc"])
+def test_any_method_can_be_asked_for(key: str) -> None:
+    study = BodyPushes(ROBOT, methods=(key,), phases=1)
+    study.check()
+    assert {cell.method for cell in study.cells()} == {key}
+    assert isinstance(PushedBody(ROBOT, key, "left", 0.5).control().controller, sf.LinearMpc)
+
+
 def test_a_method_that_cannot_walk_says_so() -> None:
     row = SMALL.measure(BodyPush("tracking", "forward", 0.0, "left"))
     assert (row["impulse"], row["cause"]) == (0.0, "before the push")

@@ -94,7 +94,8 @@ BODY_METHODS = (
     ),
     _published("unified"),
 )
-"""In the order in which they are shown."""
+"""Those that are compared unless others are asked for, in the order in which they are shown; any
+other of `control.registry` can be asked for."""
 
 
 def body_method(key: str) -> BodyMethod:
@@ -106,8 +107,12 @@ def body_method(key: str) -> BodyMethod:
     for one in BODY_METHODS:
         if one.key == key:
             return one
-    names = ", ".join(one.key for one in BODY_METHODS)
-    raise ParameterError(f"a method for a body ({names})", repr(key), "choose one of these")
+    try:
+        return _published(key)
+    except ParameterError as error:
+        names = ", ".join(one.key for one in BODY_METHODS)
+        expected = f"a method for a body ({names}, or any other that walks)"
+        raise ParameterError(expected, error.got, "choose one of these") from error
 
 
 @lru_cache(maxsize=4)

@@ -184,7 +184,6 @@ class PointWorld:
     def _turn(self) -> None:
         if self.steering.turning == 0.0 or self.fallen:
             return
-        turn = self._turn_of_a_step()
         self._heading = float(self.record["observation"]["support_yaw"][0])
         # Its memory is of another frame; at a touchdown it holds little that is not seen anew.
         seen = turned(self.record["observation"], -self._heading)
