@@ -215,7 +215,7 @@ def test_limits_prints_the_viable_offsets() -> None:
 
 def test_limits_prints_the_largest_survivable_pushes() -> None:
     printed = run("limits", "--phases", "5").output
-    assert "Largest push that any policy can survive" in printed
+    assert "Theoretical limit: the largest push that can be survived" in printed
     assert "A leg of at most 3 m/s" in printed
     unlimited = printed.split("An unlimited leg")[1]
     rows = [line for line in unlimited.split("A leg of")[0].splitlines() if " 0.10 " in line]

@@ -1,4 +1,4 @@
-"""The largest push that any policy can survive, whether it knows the push's duration or not.
+"""The theoretical limit: the largest push that can be survived, its duration known or not.
 
 A force F for a time D moves the DCM by F / (m omega^2) (1 - e^(-omega D)) in displacement of its
 onset, whatever the feet do meanwhile. So no policy, however clever, survives more than

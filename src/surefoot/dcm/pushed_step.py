@@ -4,10 +4,10 @@ Where one of the pushed axes has the most room that it can have at its own best 
 axis can follow these, nothing has to be searched. Else a coarse grid of landing times is, and then
 from its best points with shrinking strides: `dcm.landing_schedule` gives the value of each.
 
-Who does not know when the push ends has to be viable at every instant of it. Where the schedule of
-who knows is viable throughout, nothing is lost and nothing is searched. So it is in most cells, and
-always if the push is over before the foot may land. Otherwise the next landing waits until the rest
-of the push fits between both ends of what can be saved. Own derivation.
+If it is not known when the push ends, the DCM must be viable at every instant of it. Where the
+schedule for a known end is viable throughout, nothing is lost and nothing is searched. So it is in
+most cells, and always if the push is over before the foot may land. Otherwise the next landing
+waits until the rest of the push fits between both ends of what can be saved. Own derivation.
 """
 
 from __future__ import annotations

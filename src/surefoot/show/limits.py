@@ -182,8 +182,8 @@ def print_push_limits(limits: dict[str, Any], console: Console) -> None:
     """The largest survivable pushes, two tables for each leg; with the check, if it was made."""
     v_x, v_y = limits["velocity"]
     console.print(
-        f"\n[bold]Largest push that any policy can survive[/], in a step on the right foot of\n"
-        f"a walk at ({v_x:g}, {v_y:g}) m/s.\n"
+        f"\n[bold]Theoretical limit: the largest push that can be survived[/], in a step on the\n"
+        f"right foot of a walk at ({v_x:g}, {v_y:g}) m/s.\n"
         "Each entry: impulse in N s, and the change of velocity in m/s."
     )
     for leg in limits["legs"]:
@@ -201,7 +201,7 @@ def print_push_limits(limits: dict[str, Any], console: Console) -> None:
         "point foot cannot move the ZMP, a sole moves it to its edge. 'fixed': steps as planned, "
         "the ZMP alone does what it can, at any time. The limits of a leg hold for each axis by "
         "itself. Taken for granted: the pendulum, and a push that is known as soon as it starts, "
-        "its end included; who does not know the end has to be viable at every instant of it."
+        "its end included. If the end is not known, the DCM must be viable at every instant of it."
     )
     if "check" in limits:
         check = limits["check"]
@@ -210,8 +210,8 @@ def print_push_limits(limits: dict[str, Any], console: Console) -> None:
             f"difference is {100.0 * check['fraction']:.2f} %: {check['impulse']:.1f} N s, on the "
             f"grid {check['grid_impulse']:.1f} N s, {check['direction']} at "
             f"{check['elapsed']:.2f} s, {'sole' if check['finite_foot'] else 'point foot'}, "
-            f"{leg_words(check['leg_speed'], check['leg_acceleration'])}. Where not to "
-            f"know the end costs most they differ by "
+            f"{leg_words(check['leg_speed'], check['leg_acceleration'])}. Where an "
+            f"unknown end costs most they differ by "
             f"{100.0 * check['causal']['fraction']:.2f} % at most."
         )
 
@@ -219,11 +219,11 @@ def print_push_limits(limits: dict[str, Any], console: Console) -> None:
 def _of_unknown_end(
     phases: Sequence[float], leg: dict[str, Any], foot: str, width: int
 ) -> Table | str:
-    """What share of the limits is left if nobody knows when the push ends."""
+    """The share of the limits that is left if the end of the push is not known."""
     shares = {name: _shares(leg, foot, name) for name in leg[foot]}
     if min(min(row) for row in shares.values()) >= _SAME:
-        return "As much, if nobody knows when the push ends."
-    table = _headed("Of that, if nobody knows when the push ends", leg[foot], width)
+        return "As much, if the end of the push is not known."
+    table = _headed("Of that, if the end of the push is not known", leg[foot], width)
     for row, elapsed in enumerate(phases):
         percent = (100.0 * one[row] for one in shares.values())
         table.add_row(f"{elapsed:.2f}", *(f"{share:.0f} %" for share in percent))

@@ -216,7 +216,7 @@ def stamp(kind: type) -> str:
             the studies that it is made of.
 
     Raises:
-        StudyError: the class is in no file, so that nobody knows when it changes.
+        StudyError: the class is in no file, so that its changes cannot be noticed.
     """
     digest = hashlib.sha256(source_stamp().encode())
     asking = [base for base in kind.__mro__ if base is kind or issubclass(base, Study)]

@@ -109,7 +109,7 @@ class BodyPlant:
         model: mujoco.MjModel | None = None,
     ) -> None:
         self.multibody, self.surroundings = multibody, surroundings or Surroundings()
-        why = "nobody carries more than their own weight unawares"
+        why = "a load above the own mass is a mistake"
         check_most("payload", self.surroundings.payload, multibody.mass, "kg", why)
         self.pushes = tuple(pushes)
         self.model = _changed(multibody, self.surroundings) if model is None else model
