@@ -26,9 +26,9 @@ HEADING = "What is left of the margin"
 
 RULE = (
     f"A push is survived if the robot has not fallen {TIME_WORDS} after it, with the same rule "
-    "for the undisturbed walk: under noise nobody is back on the gait. The limit is that of any "
-    "policy on the robot that is really pushed, undisturbed. Where a disturbance takes several "
-    "walks, one for each seed or direction, the worst counts."
+    "for the undisturbed walk: under noise nobody is back on the gait. The limit is the "
+    "theoretical one of the robot that is really pushed, undisturbed. Where a disturbance takes "
+    "several walks, one for each seed or direction, the worst counts."
 )
 
 _LABELS, _ROW, _COLUMN, _HEAD, _FOOT, _RIGHT = 2.45, 0.42, 0.5, 2.15, 0.85, 1.2
@@ -236,7 +236,7 @@ def _explain(figure: Picture, width: float, height: float) -> None:
     for spine in bar.spines.values():
         spine.set_visible(False)
     words = (
-        "Large: what is survived in the worst walk, % of the limit of any policy.",
+        "Large: what is survived in the worst walk, % of the theoretical limit.",
         "Small: change against undisturbed [N s]. Means over all pushes.",
     )
     for line, text in enumerate(words):

@@ -106,7 +106,7 @@ def compare(
     seeds: int, duration: float, estimate: bool, quick: bool, explain: bool, workers: int,
     out: Path, as_json: bool,
 ) -> None:  # fmt: skip
-    """Compare control methods: the smallest push that each fails on, beside the limit for anybody.
+    """Compare control methods: the smallest push that each fails on, beside the theoretical limit.
 
     DIR/compare.html is a page on which to choose the leg speed; compare.md says it in words,
     compare.parquet holds every number. A study that was stopped goes on when the same command is

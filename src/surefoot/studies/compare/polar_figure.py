@@ -257,7 +257,7 @@ def _legend(measured: Measured[Comparison], rows: Sequence[Row]) -> list[Artist]
         if method["key"] in shown
     ]  # fmt: skip
     handles += [
-        Line2D([], [], color=LIMIT, linewidth=1.4, label="limit of any policy"),
+        Line2D([], [], color=LIMIT, linewidth=1.4, label="theoretical limit"),
         Line2D([], [], color=LIMIT, linewidth=0.8, linestyle=palette.DASHES,
                label="limit on a point foot"),
         Line2D([], [], color=palette.QUIET, linewidth=0.9, linestyle=FIXED_DASH,
