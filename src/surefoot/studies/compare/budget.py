@@ -18,6 +18,7 @@ from surefoot.studies.compare.disturbances import UNDISTURBED
 from surefoot.studies.compare.question import Comparison
 from surefoot.studies.compare.scores import share, situation, survived
 from surefoot.studies.engine.cells import Row
+from surefoot.studies.engine.pictures import headline
 from surefoot.studies.engine.report import Details, Figure, Report, Table, Text, word_table
 from surefoot.studies.engine.study import Measured
 from surefoot.studies.engine.words import TIME_WORDS, percent
@@ -181,11 +182,7 @@ def budget_figure(measured: Measured[Comparison]) -> Picture:
             pair = (method["key"], one["key"])
             _draw_field(ax, row, column, found.get(pair), pair)
     robot = measured.provenance.get("robot", "")
-    figure.suptitle(
-        "  ·  ".join(part for part in (robot, "what is left of the margin") if part),
-        x=0.25 / width, y=1.0 - 0.14 / height, ha="left", va="top", fontsize=12.0,
-        fontweight="bold",
-    )  # fmt: skip
+    headline(figure, robot, "what is left of the margin")
     _explain(figure, width, height)
     return figure
 
