@@ -191,7 +191,7 @@ def test_the_table_follows_the_leg_speed(
         assert (f"{100.0 * found.mean:.0f} %" if own else "–") in told[1]
         assert told[1].endswith("*") == (0 < found.cells < found.possible)
     limits = [f"{row['limit_finite']:.1f}" for row in select(rows, method="unified")]
-    assert shown.row("Limit")[3:7] == limits[::2]
+    assert shown.row("Theoretical limit")[3:7] == limits[::2]
 
 
 @needs_browser

@@ -16,6 +16,7 @@ from surefoot.show.method_marks import Mark, mark
 from surefoot.show.picture_file import marker_path
 from surefoot.studies.compare.body_question import BodyPushes, BodyWalks
 from surefoot.studies.engine.cells import Row
+from surefoot.studies.engine.pictures import headline
 from surefoot.studies.engine.study import Measured
 
 AIM = 85.0 / 70.0
@@ -72,10 +73,7 @@ def push_figure(measured: Measured[BodyPushes]) -> Figure:
     title = (
         f"{measured.study.robot.name}, {mass:.3g} kg  ·  smallest push of 0.2 s that it fails on"
     )
-    figure.suptitle(
-        title, x=0.25 / _WIDTH, y=1.0 - 0.14 / height, ha="left", va="top", fontsize=12.0,
-        fontweight="bold",
-    )  # fmt: skip
+    headline(figure, title)
     _add_legend(figure, measured)
     return figure
 
@@ -175,10 +173,7 @@ def walk_figure(measured: Sequence[Measured[BodyWalks]]) -> Figure:
         ax.set_yticks(range(len(conditions)))
         ax.set_yticklabels(list(conditions.values()) if column == 0 else [])
         ax.set_title(walk_title(one, method), fontsize=9.5, fontweight="bold")
-    figure.suptitle(
-        WALKED_THROUGH, x=0.2 / width, y=1.0 - 0.12 / height, ha="left", va="top", fontsize=12.0,
-        fontweight="bold",
-    )  # fmt: skip
+    headline(figure, WALKED_THROUGH, left=0.2, down=0.12)
     handles = [
         Line2D([], [], label=label, **look)
         for look, label in (

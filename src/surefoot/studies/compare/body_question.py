@@ -16,7 +16,6 @@ from surefoot.checks import check_number, check_pair
 from surefoot.dcm.pushes import DIRECTIONS
 from surefoot.errors import ParameterError
 from surefoot.robot.multibody import SIDES
-from surefoot.robot.robot import Robot
 from surefoot.studies.compare.body_measure import measure_push, measure_walk
 from surefoot.studies.engine.cells import Row
 from surefoot.studies.engine.pushed_body import (
@@ -30,13 +29,10 @@ from surefoot.studies.engine.pushed_body import (
     mechanism_of,
     noise_of,
 )
-from surefoot.studies.engine.pushed_walk import check_count
+from surefoot.studies.engine.pushed_walk import check_count, find_named
 from surefoot.studies.engine.study import Study
 from surefoot.worlds.body.plant import Surroundings
 from surefoot.worlds.body.sensors import BodyNoise
-
-LIBRARIES = ("mujoco", "daqp", "numpy", "numba")
-"""What else a row depends on."""
 
 
 @dataclass(frozen=True)
@@ -57,18 +53,13 @@ class BodyPush:
 
 
 @dataclass(frozen=True)
-class BodyPushes(Study):
-    """How much push each method survives on a body.
+class BodyStudy(Study):
+    """What studies of bodies share.
 
     Args:
-        robot: that is pushed; it has a `[body]`.
+        robot: that walks; it has a `[body]`.
         velocity: commanded [m/s].
         methods: keys of `BODY_METHODS`.
-        phases: how many, evenly over a step.
-        step: of the scan over the impulse [N s].
-        largest: where a scan gives up, over the mass [m/s].
-        estimate: whether the control is given an estimate from sensors with the usual noise; else
-            the truth.
 
     Raises:
         ParameterError: an argument is out of range, or there is nothing to measure.
@@ -76,21 +67,55 @@ class BodyPushes(Study):
 
     velocity: tuple[float, float] = (0.3, 0.0)
     methods: tuple[str, ...] = tuple(one.key for one in BODY_METHODS)
+
+    KEEP_EVERY: ClassVar = 0.0
+    LIBRARIES: ClassVar = ("mujoco", "daqp", "numpy", "numba")
+
+    def __post_init__(self) -> None:
+        for key in self.methods:
+            body_method(key)
+        check_pair("velocity", self.velocity, -math.inf, "m/s")
+        _check_keys("methods", self.methods)
+
+    def provenance(self) -> dict[str, str]:
+        """See `Study`."""
+        vx, vy = self.velocity
+        return {
+            "robot file": hashlib.sha256(msgspec.json.encode(self.robot)).hexdigest()[:16],
+            "mass": f"{mechanism_of(self.robot).mass:.4g} kg",
+            "velocity": f"{vx:g}, {vy:g} m/s",
+        }
+
+    def check(self) -> None:
+        """Refuse a method that cannot control this robot."""
+        for key in self.methods:
+            controller_of(self.robot, key, self.velocity)
+
+
+@dataclass(frozen=True)
+class BodyPushes(BodyStudy):
+    """How much push each method survives on a body.
+
+    Args, beside those of `BodyStudy`:
+        phases: how many, evenly over a step.
+        step: of the scan over the impulse [N s].
+        largest: where a scan gives up, over the mass [m/s].
+        estimate: whether the control is given an estimate from sensors with the usual noise; else
+            the truth.
+    """
+
     phases: int = 8
     step: float = 2.0
     largest: float = 3.0
     estimate: bool = False
 
     NAME: ClassVar = "pushes"
-    KEEP_EVERY: ClassVar = 0.0
-    LIBRARIES: ClassVar = LIBRARIES
 
     def __post_init__(self) -> None:
-        _check_walks(self.methods, self.velocity)
+        super().__post_init__()
         check_number("step", self.step, 0.0, "N s", above=True)
         check_number("largest", self.largest, 0.0, "m/s", above=True)
         check_count("phases", self.phases, 8)
-        _check_keys("methods", self.methods)
 
     @property
     def mass(self) -> float:
@@ -140,7 +165,7 @@ class BodyPushes(Study):
         """See `Study`."""
         noise = noise_of(self.robot, self.estimate)
         return {
-            **_provenance(self.robot, self.velocity),
+            **super().provenance(),
             "push": f"{PUSH_DURATION:g} s on the base; {TIME_AFTER_PUSH:g} s of walking after it",
             "scan": f"{self.step:g} N s, upwards from 0 to {self.largest:g} m/s",
             "phases": f"{self.phases}, in steps of both feet",
@@ -154,11 +179,6 @@ class BodyPushes(Study):
             for one in map(body_method, self.methods)
         ]
         return {"methods": methods, "mass": self.mass, "step": self.step}
-
-    def check(self) -> None:
-        """Refuse a method that cannot control this robot."""
-        for key in self.methods:
-            controller_of(self.robot, key, self.velocity)
 
 
 USUAL = "usual-noise"
@@ -239,11 +259,7 @@ def body_disturbance(key: str) -> BodyDisturbance:
     Raises:
         ParameterError: there is none of that name.
     """
-    for one in BODY_DISTURBANCES:
-        if one.key == key:
-            return one
-    names = ", ".join(one.key for one in BODY_DISTURBANCES)
-    raise ParameterError(f"a disturbance of a body ({names})", repr(key), "choose one of these")
+    return find_named("a disturbance of a body", BODY_DISTURBANCES, key)
 
 
 @dataclass(frozen=True)
@@ -262,38 +278,28 @@ class WalkCell:
 
 
 @dataclass(frozen=True)
-class BodyWalks(Study):
+class BodyWalks(BodyStudy):
     """How well each method walks a body on what its sensors measure, while it is disturbed.
 
-    Args:
-        robot: that walks; it has a `[body]`.
-        velocity: commanded [m/s].
-        methods: keys of `BODY_METHODS`.
+    Args, beside those of `BodyStudy`:
         conditions: keys of `BODY_DISTURBANCES`.
         seeds: how many, from 0 on.
         duration: of a walk [s].
-
-    Raises:
-        ParameterError: an argument is out of range, or there is nothing to measure.
     """
 
-    velocity: tuple[float, float] = (0.3, 0.0)
     methods: tuple[str, ...] = ("unified",)
     conditions: tuple[str, ...] = tuple(one.key for one in BODY_DISTURBANCES)
     seeds: int = 3
     duration: float = 20.0
 
     NAME: ClassVar = "walks"
-    KEEP_EVERY: ClassVar = 0.0
-    LIBRARIES: ClassVar = LIBRARIES
 
     def __post_init__(self) -> None:
-        _check_walks(self.methods, self.velocity)
+        super().__post_init__()
         for key in self.conditions:
             body_disturbance(key)
         check_number("duration", self.duration, 0.0, "s", above=True)
         check_count("seeds", self.seeds, 3)
-        _check_keys("methods", self.methods)
         _check_keys("conditions", self.conditions)
 
     def cells(self) -> Iterator[WalkCell]:
@@ -319,7 +325,7 @@ class BodyWalks(Study):
     def provenance(self) -> dict[str, str]:
         """See `Study`."""
         return {
-            **_provenance(self.robot, self.velocity),
+            **super().provenance(),
             "walks": f"{self.duration:g} s from a stand, {self.seeds} seeds",
             "state": "estimated from its sensors",
         }
@@ -331,32 +337,11 @@ class BodyWalks(Study):
             "conditions": [_named(one) for one in map(body_disturbance, self.conditions)],
         }
 
-    def check(self) -> None:
-        """Refuse a method that cannot control this robot."""
-        for key in self.methods:
-            controller_of(self.robot, key, self.velocity)
-
 
 def _named(one: Any) -> dict[str, str]:
     return {"key": one.key, "label": one.label}
 
 
-def _check_walks(methods: Sequence[str], velocity: tuple[float, float]) -> None:
-    for key in methods:
-        body_method(key)
-    check_pair("velocity", velocity, -math.inf, "m/s")
-
-
 def _check_keys(name: str, keys: Sequence[str]) -> None:
     if not keys or len(set(keys)) < len(keys):
         raise ParameterError(f"at least one of `{name}`, each of them once", f"{keys}", "name some")
-
-
-def _provenance(robot: Robot, velocity: tuple[float, float]) -> dict[str, str]:
-    vx, vy = velocity
-    content = hashlib.sha256(msgspec.json.encode(robot)).hexdigest()[:16]
-    return {
-        "robot file": content,
-        "mass": f"{mechanism_of(robot).mass:.4g} kg",
-        "velocity": f"{vx:g}, {vy:g} m/s",
-    }

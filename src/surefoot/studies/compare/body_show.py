@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from functools import partial
 
 from surefoot.dcm.pushes import DIRECTIONS
@@ -16,6 +16,7 @@ from surefoot.studies.compare.body_figures import (
     walk_title,
 )
 from surefoot.studies.compare.body_question import BodyPushes, BodyWalks
+from surefoot.studies.compare.scores import impulse_words, select, unbroken
 from surefoot.studies.engine.cells import Row
 from surefoot.studies.engine.report import Details, Figure, Part, Report, Table, Text, word_table
 from surefoot.studies.engine.study import Measured
@@ -110,18 +111,13 @@ def _protocol_words(measured: Measured[BodyPushes]) -> list[str]:
     ]
 
 
-def _of(rows: Iterable[Row], **columns: str) -> list[Row]:
-    """The rows with these values in these columns."""
-    return [row for row in rows if all(row[name] == value for name, value in columns.items())]
-
-
 def push_table(measured: Measured[BodyPushes]) -> Table:
     """Method by method: the worst push of every direction, and what the falls came from."""
     study, rows = measured.study, []
     for one in measured.notes["methods"]:
-        own = _of(measured.rows, method=one["key"])
+        own = select(measured.rows, method=one["key"])
         if own:
-            worst = (_worst_push(_of(own, direction=direction)) for direction in DIRECTIONS)
+            worst = (_worst_push(select(own, direction=direction)) for direction in DIRECTIONS)
             causes = Counter(row["cause"] for row in own if row["cause"])
             rows.append((one["label"], *worst, _mean_words(own), cause_words(causes)))
     return Table(
@@ -136,15 +132,13 @@ def push_table(measured: Measured[BodyPushes]) -> Table:
 
 
 def _worst_push(rows: Sequence[Row]) -> str:
-    worst = min(rows, key=lambda row: row["impulse"], default=None)
-    return MISSING if worst is None else impulse_words(worst)
+    return _push_words(min(rows, key=lambda row: row["impulse"], default=None))
 
 
-def impulse_words(row: Row) -> str:
+def _push_words(row: Row | None) -> str:
     """The smallest failing push as N s and Δv."""
-    if math.isinf(row["impulse"]):
-        return f"> {row['scanned']:g}"
-    return f"{row['impulse']:g} ({row['delta_v']:.2f})"
+    delta_v = "" if row is None or unbroken(row) else f" ({row['delta_v']:.2f})"
+    return impulse_words(row) + delta_v
 
 
 def cause_words(causes: Counter[str]) -> str:
@@ -162,12 +156,12 @@ def every_scan(measured: Measured[BodyPushes]) -> Table:
     order = list(DIRECTIONS)
     rows = [
         (
-            one["label"], row["direction"], row["foot"], f"{row['phase']:.3g}", impulse_words(row),
+            one["label"], row["direction"], row["foot"], f"{row['phase']:.3g}", _push_words(row),
             row["words"],
         )
         for one in measured.notes["methods"]
         for row in sorted(
-            _of(measured.rows, method=one["key"]),
+            select(measured.rows, method=one["key"]),
             key=lambda row: (order.index(row["direction"]), row["foot"], row["phase"]),
         )
     ]  # fmt: skip
@@ -249,7 +243,7 @@ def walk_table(measured: Measured[BodyWalks], method: str) -> Table:
     """How a method walked under every disturbance."""
     rows = []
     for one in measured.notes["conditions"]:
-        walks = _of(measured.rows, method=method, condition=one["key"])
+        walks = select(measured.rows, method=method, condition=one["key"])
         words = (
             _walked(walks),
             _worst(walks, "dcm_error"),

@@ -18,6 +18,7 @@ from surefoot.studies.compare.disturbances import UNDISTURBED
 from surefoot.studies.compare.question import Comparison
 from surefoot.studies.compare.scores import share, situation, survived
 from surefoot.studies.engine.cells import Row
+from surefoot.studies.engine.pictures import headline
 from surefoot.studies.engine.report import Details, Figure, Report, Table, Text, word_table
 from surefoot.studies.engine.study import Measured
 from surefoot.studies.engine.words import TIME_WORDS, percent
@@ -26,9 +27,9 @@ HEADING = "What is left of the margin"
 
 RULE = (
     f"A push is survived if the robot has not fallen {TIME_WORDS} after it, with the same rule "
-    "for the undisturbed walk: under noise nobody is back on the gait. The limit is that of any "
-    "policy on the robot that is really pushed, undisturbed. Where a disturbance takes several "
-    "walks, one for each seed or direction, the worst counts."
+    "for the undisturbed walk: under noise nobody is back on the gait. The limit is the "
+    "theoretical one of the robot that is really pushed, undisturbed. Where a disturbance takes "
+    "several walks, one for each seed or direction, the worst counts."
 )
 
 _LABELS, _ROW, _COLUMN, _HEAD, _FOOT, _RIGHT = 2.45, 0.42, 0.5, 2.15, 0.85, 1.2
@@ -181,11 +182,7 @@ def budget_figure(measured: Measured[Comparison]) -> Picture:
             pair = (method["key"], one["key"])
             _draw_field(ax, row, column, found.get(pair), pair)
     robot = measured.provenance.get("robot", "")
-    figure.suptitle(
-        "  ·  ".join(part for part in (robot, "what is left of the margin") if part),
-        x=0.25 / width, y=1.0 - 0.14 / height, ha="left", va="top", fontsize=12.0,
-        fontweight="bold",
-    )  # fmt: skip
+    headline(figure, robot, "what is left of the margin")
     _explain(figure, width, height)
     return figure
 
@@ -236,7 +233,7 @@ def _explain(figure: Picture, width: float, height: float) -> None:
     for spine in bar.spines.values():
         spine.set_visible(False)
     words = (
-        "Large: what is survived in the worst walk, % of the limit of any policy.",
+        "Large: what is survived in the worst walk, % of the theoretical limit.",
         "Small: change against undisturbed [N s]. Means over all pushes.",
     )
     for line, text in enumerate(words):

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from surefoot.options import check_plotting, given, json_option, print_json
+from surefoot.options import check_plotting, given, json_option
 from surefoot.studies.compare.command_body import (
     BODY_STEP,
     BODY_VELOCITY,
@@ -19,7 +19,13 @@ from surefoot.studies.compare.command_body import (
     refuse_others,
     walk_bodies,
 )
-from surefoot.studies.engine.command import run_shown, tell_failures
+from surefoot.studies.engine.command import (
+    end,
+    out_option,
+    run_shown,
+    velocity_option,
+    workers_option,
+)
 
 if TYPE_CHECKING:
     from surefoot.robot.robot import Robot
@@ -42,11 +48,7 @@ FULL_SPEEDS, FULL_DURATIONS = (2.0, 3.0, 4.0, 6.0, math.inf), (0.1, 0.2, 0.4)
 @click.option(
     "--mass", type=float, metavar="KG", help="Of the robot; its own if left out. Limits scale."
 )
-@click.option(
-    "--velocity", nargs=2, type=float, default=(0.5, 0.0), metavar="VX VY",
-    show_default="0.5 0, of a body 0.3 0",
-    help="Of the walk that is pushed [m/s].",
-)  # fmt: skip
+@velocity_option("0.5 0, of a body 0.3 0")
 @click.option(
     "--method", "methods", multiple=True, metavar="METHOD",
     help="One to compare; may be repeated. All but the slow nonlinear one if left out.",
@@ -93,11 +95,8 @@ FULL_SPEEDS, FULL_DURATIONS = (2.0, 3.0, 4.0, 6.0, math.inf), (0.1, 0.2, 0.4)
 @click.option(
     "--explain", is_flag=True, help="Body: tell which limits bind in the worst push of each kind."
 )
-@click.option("--workers", type=int, default=-1, help="Processes; all cores if left out.")
-@click.option(
-    "--out", type=click.Path(path_type=Path), default=Path("compare"), show_default=True,
-    metavar="DIR", help="Folder for table, report, page and pictures.",
-)  # fmt: skip
+@workers_option
+@out_option("compare", "table, report, page and pictures")
 @json_option
 def compare(
     robots: tuple[str, ...], simulator: str, mass: float | None, velocity: tuple[float, float],
@@ -106,7 +105,7 @@ def compare(
     seeds: int, duration: float, estimate: bool, quick: bool, explain: bool, workers: int,
     out: Path, as_json: bool,
 ) -> None:  # fmt: skip
-    """Compare control methods: the smallest push that each fails on, beside the limit for anybody.
+    """Compare control methods: the smallest push that each fails on, beside the theoretical limit.
 
     DIR/compare.html is a page on which to choose the leg speed; compare.md says it in words,
     compare.parquet holds every number. A study that was stopped goes on when the same command is
@@ -177,21 +176,16 @@ def _all_disturbances(named: tuple[str, ...]) -> tuple[str, ...]:
 
 
 def _compare(study: Comparison, out: Path, workers: int, as_json: bool) -> int:
-    (result,) = run_shown({out: study}, out, workers=workers)
-    status = tell_failures(result.failures)
-    from rich.console import Console
-
+    (result,), status = run_shown({out: study}, out, workers=workers)
     from surefoot.studies.compare.budget import budget_report
     from surefoot.studies.compare.remarks import remarks
     from surefoot.studies.compare.show import comparison_report
 
     report = comparison_report(result) if study.must_settle else budget_report(result)
-    page, text, *_ = report.write(out)
-    if as_json:
+
+    def numbers() -> dict[str, Any]:
         # The paper disturbs nothing but the robot.
-        told = remarks(result.rows) if study.must_settle else []
-        print_json(result.as_numbers() | {"remarks": told})
-        return status
-    report.print(Console())
-    click.echo(f"\ntable: {out / f'{study.NAME}.parquet'}, page: {page}, report: {text}")
+        return result.as_numbers() | {"remarks": remarks(result.rows) if study.must_settle else []}
+
+    end(report, out, numbers, as_json=as_json, kept=f"table: {out / study.NAME}.parquet")
     return status

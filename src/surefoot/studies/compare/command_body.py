@@ -6,17 +6,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import click
-
 from surefoot.errors import ParameterError
-from surefoot.options import (
-    check_plotting,
-    compiling_notice,
-    given,
-    print_json,
-    progress_bar,
-)
-from surefoot.studies.engine.command import run_shown, stopped_by_ctrl_c, tell_failures
+from surefoot.options import check_plotting, compiling_notice, given, progress_bar
+from surefoot.studies.engine.command import end, run_shown, stopped_by_ctrl_c
 
 if TYPE_CHECKING:
     from surefoot.robot.robot import Robot
@@ -108,14 +100,14 @@ def push_bodies(
     from surefoot.studies.compare.body_show import push_report
 
     studies = [BodyPushes(robot, **asked) for robot in loaded]
-    measured = _measure(studies, out, workers)
+    measured, status = _measure(studies, out, workers)
     explained = []
     with stopped_by_ctrl_c(out):
         for one in measured if explain else ():
             with progress_bar("explaining") as report:
                 explained += explain_worst(one.study, one.rows, report)
-    beside = {"explained": explained}
-    return _end(measured, push_report(measured, explained), out, as_json, beside)
+    _end(measured, push_report(measured, explained), out, as_json, {"explained": explained})
+    return status
 
 
 def walk_bodies(
@@ -143,8 +135,9 @@ def walk_bodies(
     if "all" in conditions:
         conditions = tuple(one.key for one in BODY_DISTURBANCES)
     studies = [BodyWalks(robot, conditions=conditions, **asked) for robot in loaded]
-    measured = _measure(studies, out, workers)
-    return _end(measured, walk_report(measured), out, as_json, {})
+    measured, status = _measure(studies, out, workers)
+    _end(measured, walk_report(measured), out, as_json, {})
+    return status
 
 
 def _load(robots: Sequence[str]) -> list[Robot]:
@@ -162,7 +155,7 @@ def _load(robots: Sequence[str]) -> list[Robot]:
     return [load_robot(name) for name in robots]
 
 
-def _measure(studies: Sequence[Study], out: Path, workers: int) -> list[Measured[Any]]:
+def _measure(studies: Sequence[Study], out: Path, workers: int) -> tuple[list[Measured[Any]], int]:
     from surefoot.checks import check_folder
 
     with compiling_notice(4.0, "a minute"):
@@ -174,14 +167,11 @@ def _measure(studies: Sequence[Study], out: Path, workers: int) -> list[Measured
 
 def _end(
     measured: Sequence[Measured[Any]], report: Report, out: Path, as_json: bool, beside: dict
-) -> int:
-    from rich.console import Console
-
-    status = tell_failures([failure for one in measured for failure in one.failures])
-    page, text, *_ = report.write(out)
-    if as_json:
-        print_json({"robots": [one.as_numbers() for one in measured], **beside})
-    else:
-        report.print(Console())
-        click.echo(f"\npage: {page}, report: {text}, a table in the folder of each robot")
-    return status
+) -> None:
+    end(
+        report,
+        out,
+        lambda: {"robots": [one.as_numbers() for one in measured], **beside},
+        as_json=as_json,
+        kept="a table in the folder of each robot",
+    )

@@ -10,10 +10,10 @@ from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
 from surefoot.control.estimator import Estimator
-from surefoot.errors import ParameterError
 from surefoot.interface import Controller
 from surefoot.robot.robot import Robot
 from surefoot.rollout.disturbance import Disturbance
+from surefoot.studies.engine.pushed_walk import find_named
 
 UNDISTURBED = "none"
 """The key of the walk that the others are compared with."""
@@ -124,11 +124,7 @@ def named_disturbance(key: str) -> NamedDisturbance:
     Raises:
         ParameterError: there is none of that name.
     """
-    for one in DISTURBANCES:
-        if one.key == key:
-            return one
-    names = ", ".join(one.key for one in DISTURBANCES)
-    raise ParameterError(f"a disturbance ({names})", repr(key), "choose one of these")
+    return find_named("a disturbance", DISTURBANCES, key)
 
 
 def every_disturbance() -> tuple[str, ...]:

@@ -14,6 +14,7 @@ from surefoot.show.method_marks import mark
 from surefoot.show.picture_file import marker_path
 from surefoot.studies.compare.question import Comparison
 from surefoot.studies.compare.scores import score, select, values
+from surefoot.studies.engine.pictures import headline
 from surefoot.studies.engine.study import Measured
 from surefoot.studies.engine.words import speed_words, time_words
 
@@ -48,11 +49,7 @@ def fraction_figure(measured: Measured[Comparison]) -> Figure:
             _draw_fractions(ax, measured, leg_speed)
         left += width + _GAP
     robot = measured.provenance.get("robot", "")
-    figure.suptitle(
-        "  ·  ".join(part for part in (robot, "share of the limit, and the price") if part),
-        x=0.25 / _WIDTH, y=1.0 - 0.14 / height, ha="left", va="top", fontsize=12.0,
-        fontweight="bold",
-    )  # fmt: skip
+    headline(figure, robot, "share of the limit, and the price")
     _explain(figure, measured)
     return figure
 

@@ -30,7 +30,7 @@ METHOD_WORDS = ("key", "label", "source", "adapts", "cannot")
 
 
 def measure(study: Comparison, cell: Cell) -> Row:
-    """What a row says beside its cell: the limit of a method, and what nobody can pass.
+    """What a row says beside its cell: the limit of a method, and the theoretical limits.
 
     Returns:
         `impulse` (smallest failing, in the worst of the walks of its disturbance, inf if none up to

@@ -251,7 +251,7 @@
     }
     const limits = ways.map((angle) => (angle < 0 ? NaN : limitAt(state.phase, angle, "finite")));
     byId("limits").replaceChildren(
-      element("th", { scope: "row" }, "Limit of any policy"), element("td", {}, "100 %"), element("td", { class: "number" }, "100 %"),
+      element("th", { scope: "row" }, "Theoretical limit"), element("td", {}, "100 %"), element("td", { class: "number" }, "100 %"),
       ...limits.map((limit) => element("td", { class: "number" }, Number.isNaN(limit) ? "–" : limit.toFixed(1))),
       element("td", { colspan: 5 }));
     const means = { worst: "Mean: over the directions, of the worst phase of each. Newtons: the smallest failing impulse over the phases.",

@@ -22,7 +22,7 @@ from surefoot.show.picture_file import marker_path
 from surefoot.studies.compare.question import Comparison
 from surefoot.studies.compare.scores import choose, select, survived, unbroken, values
 from surefoot.studies.engine.cells import Row
-from surefoot.studies.engine.polar_rings import FIXED_DASH, FOOT_BAND, LIMIT, draw_rings
+from surefoot.studies.engine.pictures import FIXED, FOOT_BAND, LIMIT, add_map, closed, headline
 from surefoot.studies.engine.study import Measured
 from surefoot.studies.engine.words import speed_words
 
@@ -114,18 +114,14 @@ def polar_figure(
     foot = 0.12 + 0.21 * legend_lines
     height = _HEAD + lines * (size + _BELOW) + foot
     figure = Figure(figsize=(_WIDTH, height), facecolor="white")
-    left = 0.5 * (_WIDTH - columns * size - (columns - 1) * _GAP)
     outer = max(max(row["limit_finite"], survived(row)) for row in rows)
     for index, phase in enumerate(phases):
-        line, column = divmod(index, columns)
-        bottom = height - _HEAD - line * (size + _BELOW) - size
-        place = (
-            (left + column * (size + _GAP)) / _WIDTH, bottom / height,
-            size / _WIDTH, size / height,
+        here = _Map(phase, select(rows, phase=phase), angles, columns < 3)
+        ax = add_map(
+            figure, index, columns, size=size, gap=_GAP, below=_BELOW, head=_HEAD, outer=outer,
+            near=here.limit_near,
         )  # fmt: skip
-        ax: PolarAxes = figure.add_axes(place, projection="polar")  # type: ignore[assignment]
-        here = select(rows, phase=phase)
-        _draw_map(ax, measured, _Map(phase, here, angles, columns < 3), outer)
+        _draw_map(ax, measured, here)
     _headline(figure, measured, choice.leg_speed, choice.push_duration)
     figure.legend(
         handles=handles, loc="lower center", ncols=4, frameon=False, handlelength=2.6,
@@ -137,26 +133,18 @@ def polar_figure(
 def _headline(
     figure: Figure, measured: Measured[Comparison], leg_speed: float, push_duration: float
 ) -> None:
-    up = 1.0 / figure.get_figheight()
     robot = measured.provenance.get("robot", "")
-    parts = [robot, speed_words(leg_speed), f"pushes of {push_duration:g} s"]
-    figure.suptitle(
-        "  ·  ".join(part for part in parts if part), x=0.25 / _WIDTH, y=1.0 - 0.14 * up,
-        ha="left", va="top", fontsize=12.0, fontweight="bold",
-    )  # fmt: skip
+    headline(figure, robot, speed_words(leg_speed), f"pushes of {push_duration:g} s")
     figure.text(
-        0.25 / _WIDTH, 1.0 - 0.4 * up,
+        0.25 / _WIDTH, 1.0 - 0.4 / figure.get_figheight(),
         "Largest survived impulse [N s] by the direction of the push and the phase of the step at "
         "which it starts; seen from above, outward is towards the swing foot.",
         fontsize=9.0, va="top", color=palette.QUIET,
     )  # fmt: skip
 
 
-def _draw_map(ax: PolarAxes, measured: Measured[Comparison], at: _Map, outer: float) -> None:
-    ax.set_theta_zero_location("N")
-    ax.set_rlim(0.0, 1.06 * outer)
+def _draw_map(ax: PolarAxes, measured: Measured[Comparison], at: _Map) -> None:
     ax.set_title(f"phase {at.phase:.3g}", loc="left", fontsize=9.0, fontweight="bold", pad=13.0)
-    draw_rings(ax, at.limit_near)
     _draw_limits(ax, at)
     # The first method lies on top.
     methods = measured.notes["methods"]
@@ -174,11 +162,6 @@ def _draw_map(ax: PolarAxes, measured: Measured[Comparison], at: _Map, outer: fl
         )  # fmt: skip
 
 
-def _closed(angles: Sequence[float], radii: Sequence[float]) -> tuple[Any, Any]:
-    theta = np.radians([*angles, angles[0]])
-    return theta, np.asarray([*radii, radii[0]])
-
-
 def _draw_limits(ax: PolarAxes, at: _Map) -> None:
     finite, point = at.limits("limit_finite"), at.limits("limit_point")
     fixed = at.limits("limit_fixed")
@@ -186,7 +169,7 @@ def _draw_limits(ax: PolarAxes, at: _Map) -> None:
         for name, radii, options in (
             ("finite", finite, {"color": LIMIT, "linewidth": 1.6}),
             ("point", point, {"color": LIMIT, "linewidth": 0.9, "linestyle": palette.DASHES}),
-            ("fixed", fixed, {"color": palette.QUIET, "linewidth": 0.9, "linestyle": FIXED_DASH}),
+            ("fixed", fixed, FIXED),
         ):
             for angle, radius in zip(np.radians(at.angles), radii, strict=True):
                 arc = np.linspace(angle - _WEDGE, angle + _WEDGE, 15)
@@ -197,8 +180,8 @@ def _draw_limits(ax: PolarAxes, at: _Map) -> None:
                 if name == "finite":
                     ax.fill_between(arc, 0.0, radius, color=REACH, linewidth=0.0, zorder=1.0)
         return
-    theta, outer = _closed(at.angles, finite)
-    _, inner = _closed(at.angles, point)
+    theta, outer = closed(at.angles, finite)
+    _, inner = closed(at.angles, point)
     ax.fill(theta, outer, color=FOOT_BAND, linewidth=0.0, zorder=0.9)
     ax.fill(theta, inner, color=REACH, linewidth=0.0, zorder=1.0)
     ax.plot(theta, outer, color=LIMIT, linewidth=1.4, zorder=2.5, gid=f"limit-finite-{at.phase:g}")
@@ -206,10 +189,7 @@ def _draw_limits(ax: PolarAxes, at: _Map) -> None:
         theta, inner, color=LIMIT, linewidth=0.8, linestyle=palette.DASHES, zorder=2.4,
         gid=f"limit-point-{at.phase:g}",
     )  # fmt: skip
-    ax.plot(
-        *_closed(at.angles, fixed), color=palette.QUIET, linewidth=0.9, linestyle=FIXED_DASH,
-        zorder=2.3, gid=f"limit-fixed-{at.phase:g}",
-    )  # fmt: skip
+    ax.plot(*closed(at.angles, fixed), zorder=2.3, gid=f"limit-fixed-{at.phase:g}", **FIXED)
 
 
 def _draw_method(
@@ -217,10 +197,10 @@ def _draw_method(
 ) -> None:
     """A line through the measured directions; it has a gap where one was not measured."""
     radii = [survived(rows[angle]) if angle in rows else math.nan for angle in at.angles]
-    theta, closed = _closed(at.angles, radii)
+    around = closed(at.angles, radii)
     width = 0.6 if at.coarse else 1.1
     ax.plot(
-        theta, closed, color=how.colour, linewidth=width, zorder=order,
+        *around, color=how.colour, linewidth=width, zorder=order,
         linestyle=palette.DOTS if at.coarse else _LONG_DASHES if how.dashed else "solid",
         gid=f"{key}-{at.phase:g}",
     )  # fmt: skip
@@ -257,11 +237,10 @@ def _legend(measured: Measured[Comparison], rows: Sequence[Row]) -> list[Artist]
         if method["key"] in shown
     ]  # fmt: skip
     handles += [
-        Line2D([], [], color=LIMIT, linewidth=1.4, label="limit of any policy"),
+        Line2D([], [], color=LIMIT, linewidth=1.4, label="theoretical limit"),
         Line2D([], [], color=LIMIT, linewidth=0.8, linestyle=palette.DASHES,
                label="limit on a point foot"),
-        Line2D([], [], color=palette.QUIET, linewidth=0.9, linestyle=FIXED_DASH,
-               label="limit of fixed steps"),
+        Line2D([], [], label="limit of fixed steps", **FIXED),
     ]  # fmt: skip
     if not coarse:
         handles.append(Patch(facecolor=FOOT_BAND, linewidth=0.0, label="what the sole adds"))

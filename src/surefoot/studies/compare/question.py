@@ -17,13 +17,13 @@ from surefoot.studies.compare.disturbances import UNDISTURBED, named_disturbance
 from surefoot.studies.engine.cells import Row
 from surefoot.studies.engine.pushed_walk import (
     PushCell,
-    PushedWalk,
+    PushedStudy,
     check_count,
     check_different,
     check_sizes,
     push_cells,
 )
-from surefoot.studies.engine.study import Study, installed_version
+from surefoot.studies.engine.study import installed_version
 
 SOLVERS = ("daqp", "casadi")
 """Libraries that decide for some methods."""
@@ -79,32 +79,22 @@ class Cell:
 
 
 @dataclass(frozen=True)
-class Comparison(Study):
+class Comparison(PushedStudy):
     """The same questions to every method; rows see `studies.compare.measure.measure`.
 
-    Args:
-        robot: who is pushed; its leg speed is replaced by `leg_speeds`.
-        velocity: commanded (v_x, v_y) [m/s].
-        methods: keys of `control.registry`.
+    Args, beside those of `PushedStudy`:
         directions: how many, evenly around; 4 are forward, outward, back and inward.
         phases: how many, evenly over a step.
-        leg_speeds: limits of the swing foot; inf for none [m/s].
         push_durations: [s].
         step: of the scan over the impulse [N s].
         disturbances: keys of `named_disturbance`. If anything but "none" is among them, a push is
             survived if the robot has not fallen by `recovery_time`: under noise nobody settles.
         seeds: with how many a disturbance is walked that is drawn; the worst counts.
-
-    Raises:
-        ParameterError: an argument is out of range, or there is nothing to measure.
-        VelocityError: the velocity cannot be walked, or not on the slowest of the legs.
     """
 
-    velocity: tuple[float, float] = (0.5, 0.0)
     methods: tuple[str, ...] = field(default_factory=every_method)
     directions: int = 4
     phases: int = 8
-    leg_speeds: tuple[float, ...] = (3.0,)
     push_durations: tuple[float, ...] = (0.2,)
     step: float = 1.0
     disturbances: tuple[str, ...] = (UNDISTURBED,)
@@ -114,24 +104,15 @@ class Comparison(Study):
     LIBRARIES: ClassVar[tuple[str, ...]] = ("numpy", "numba", *SOLVERS)
 
     def __post_init__(self) -> None:
-        for key in self.methods:
-            find_method(key)
+        super().__post_init__()
         for key in self.disturbances:
             named_disturbance(key)
         for name, usual in (("directions", 4), ("phases", 8), ("seeds", 3)):
             check_count(name, getattr(self, name), usual)
         check_number("step", self.step, 0.0, "N s", above=True)
-        check_sizes("leg_speeds", self.leg_speeds, "m/s", endless=True)
         check_sizes("push_durations", self.push_durations, "s")
         check_different("methods", self.methods)
         check_different("disturbances", self.disturbances)
-        for leg_speed in self.leg_speeds:
-            self.walk.on_leg(leg_speed).check_leg()
-
-    @property
-    def walk(self) -> PushedWalk:
-        """What is pushed."""
-        return PushedWalk(self.robot, self.velocity)
 
     @property
     def must_settle(self) -> bool:
@@ -165,25 +146,19 @@ class Comparison(Study):
         return super().answer(cell, row) | self.limits(cell)
 
     def limits(self, cell: Cell) -> dict[str, float]:
-        """What nobody can pass in a cell, see `PushedWalk.limits`; the limits of the robot that is
-        really pushed, whatever its controller believes."""
+        """The theoretical limits of a cell, see `PushedWalk.limits`: of the robot that is really
+        pushed, whatever its controller believes."""
         walk = self.walk.on_leg(cell.leg_speed)
         return self.walk.limits(cell.push, named_disturbance(cell.disturbance).plant(walk.robot))
 
     def common(self) -> dict[str, Any]:
         """See `Study`."""
-        return {
-            "velocity": list(self.velocity),
+        return super().common() | {
             "step": self.step,
             "must_settle": self.must_settle,
             "seeds": self.seeds,
             "solvers": {name: installed_version(name) for name in SOLVERS},
         }
-
-    def provenance(self) -> dict[str, str]:
-        """See `Study`."""
-        vx, vy = self.velocity
-        return {"mass": f"{self.robot.mass:g} kg", "velocity": f"{vx:g}, {vy:g} m/s"}
 
     def notes(self, rows: Sequence[Row]) -> dict[str, Any]:
         """`methods` that were measured, see `studies.compare.measure.method_notes`; `disturbances`
@@ -195,8 +170,3 @@ class Comparison(Study):
                 for one in map(named_disturbance, self.disturbances)
             ],
         }
-
-    def check(self) -> None:
-        """See `Study`. A method that cannot control this robot is refused."""
-        for key in self.methods:
-            self.walk.on_leg(self.leg_speeds[0]).controller(key)

@@ -44,6 +44,13 @@ def unbroken(row: Row) -> bool:
     return math.isinf(row["impulse"])
 
 
+def impulse_words(row: Row | None) -> str:
+    """The smallest failing impulse, or what it lies above [N s]; – if it was not measured."""
+    if row is None:
+        return "–"
+    return f"> {row['scanned']:g}" if unbroken(row) else f"{row['impulse']:g}"
+
+
 def situation(row: Row) -> tuple[float, float, float, float]:
     """Leg speed, push duration, phase and angle."""
     return (row["leg_speed"], row["push_duration"], row["phase"], row["angle"])

@@ -17,6 +17,7 @@ from surefoot.studies.compare.scores import (
     Choice,
     Score,
     choose,
+    impulse_words,
     score,
     select,
     situation,
@@ -61,7 +62,7 @@ COLUMNS = (
 )
 """Of the table; the limit has a row of its own, the last."""
 
-LIMIT = "limit of any policy"
+LIMIT = "theoretical limit"
 
 INCOMPLETE = "*"
 """Follows a mean that stands on fewer cells than were measured by others."""
@@ -132,7 +133,7 @@ def _leg_parts(measured: Measured[Comparison], choice: Choice) -> Iterator[Part]
                 f"pictures/map-{re.sub('[^0-9a-z]', '_', f'{leg_speed:g}')}.png",
                 f"{speed_words(leg_speed).capitalize()}, pushes of {duration:g} s: the largest "
                 "survived impulse in every direction, from above, forward up; the dark outline is "
-                "the limit of any policy.",
+                "the theoretical limit.",
                 partial(polar_figure, measured, leg_speed, duration),
                 page="none",
             )
@@ -180,13 +181,6 @@ def mean_words(found: Score) -> str:
         return "–"
     least = "≥ " if found.at_least else ""
     return f"{least}{percent(found.mean)}{'' if found.complete else INCOMPLETE}"
-
-
-def impulse_words(row: Row | None) -> str:
-    """The smallest failing impulse, or what it lies above [N s]; – if it was not measured."""
-    if row is None:
-        return "–"
-    return f"> {row['scanned']:g}" if unbroken(row) else f"{row['impulse']:g}"
 
 
 def note(measured: Measured[Comparison], choice: Choice) -> str:
@@ -257,9 +251,10 @@ def protocol(rows: Sequence[Row]) -> list[str]:
         f"Pushes start at these fractions of the step: {around}. They last "
         f"{list_words(values(rows, 'push_duration'))} s. The swing foot may move "
         f"{', and '.join(speeds)}; the same for every method.",
-        "The limit is the largest impulse that any policy could survive that learns of the push "
-        "when it starts, with the same steps, times and leg. The share is what a method survives, "
-        "divided by the limit on the robot's finite foot. No method here knows when a push ends. "
+        "The theoretical limit is the largest impulse that a robot with the same steps, times and "
+        "leg could survive if its controller learned of the push when it starts. The share is what "
+        "a method survives, divided by the limit on the robot's finite foot. No method here knows "
+        "when a push ends. "
         "Who does not has to be viable at every instant of it; where that limit is lower, the "
         "share of it says more. The limit on a point foot, and that of "
         "fixed steps saved by the ZMP alone, are shown beside it. One schedule of landings has to "

@@ -1,4 +1,4 @@
-"""A steady walk that is pushed once: when, where to, and what nobody can survive there.
+"""A steady walk that is pushed once: when, where to, and the theoretical limits there.
 
 Studies of pushes on a point mass ask about the same walk: the push comes in the third step, on the
 right foot, so outward is to the left.
@@ -21,6 +21,7 @@ from surefoot.errors import ParameterError
 from surefoot.interface import Controller
 from surefoot.robot.feet import Side
 from surefoot.robot.robot import Robot
+from surefoot.studies.engine.study import Study
 
 PUSHED_STEP = 2
 """The push comes in the third step, as in the paper; it is one on the right foot."""
@@ -107,6 +108,19 @@ def check_different(name: str, values: Sequence[Any]) -> None:
         raise ParameterError(f"`{name}` without repetition", f"{values}", "name each of them once")
 
 
+def find_named(what: str, known: Sequence[Any], key: str) -> Any:
+    """One of several, each with a `key`, by its name on the command line.
+
+    Raises:
+        ParameterError: there is none of that name; the message lists them.
+    """
+    for one in known:
+        if one.key == key:
+            return one
+    names = ", ".join(one.key for one in known)
+    raise ParameterError(f"{what} ({names})", repr(key), "choose one of these")
+
+
 @dataclass(frozen=True)
 class PushedWalk:
     """The walk.
@@ -162,7 +176,7 @@ class PushedWalk:
         )
 
     def limits(self, cell: PushCell, plant: Robot | None = None) -> dict[str, float]:
-        """What nobody can survive in a cell [N s].
+        """The theoretical limits of a cell [N s].
 
         Args:
             cell: says when and where to.
@@ -190,6 +204,52 @@ class PushedWalk:
             ).impulse,
             "limit_fixed": fixed.impulse,
         }
+
+
+@dataclass(frozen=True)
+class PushedStudy(Study):
+    """What studies of pushes on a point mass share: the walk, who walks it, and on which legs.
+
+    Args:
+        robot: who is pushed; its leg speed is replaced by `leg_speeds`.
+        velocity: commanded (v_x, v_y) [m/s].
+        methods: keys of `control.registry`.
+        leg_speeds: limits of the swing foot; inf for none [m/s].
+
+    Raises:
+        ParameterError: an argument is out of range, or there is nothing to measure.
+        VelocityError: the velocity cannot be walked, or not on the slowest of the legs.
+    """
+
+    velocity: tuple[float, float] = (0.5, 0.0)
+    methods: tuple[str, ...] = ("unified",)
+    leg_speeds: tuple[float, ...] = (3.0,)
+
+    def __post_init__(self) -> None:
+        for key in self.methods:
+            find_method(key)
+        check_sizes("leg_speeds", self.leg_speeds, "m/s", endless=True)
+        for leg_speed in self.leg_speeds:
+            self.walk.on_leg(leg_speed).check_leg()
+
+    @property
+    def walk(self) -> PushedWalk:
+        """What is pushed."""
+        return PushedWalk(self.robot, self.velocity)
+
+    def common(self) -> dict[str, Any]:
+        """See `Study`."""
+        return {"velocity": list(self.velocity)}
+
+    def provenance(self) -> dict[str, str]:
+        """See `Study`."""
+        vx, vy = self.velocity
+        return {"mass": f"{self.robot.mass:g} kg", "velocity": f"{vx:g}, {vy:g} m/s"}
+
+    def check(self) -> None:
+        """See `Study`. A method that cannot control this robot is refused."""
+        for key in self.methods:
+            self.walk.on_leg(self.leg_speeds[0]).controller(key)
 
 
 @lru_cache(maxsize=8)

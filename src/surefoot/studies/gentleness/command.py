@@ -7,14 +7,8 @@ from pathlib import Path
 
 import click
 
-from surefoot.options import (
-    check_plotting,
-    compiling_notice,
-    json_option,
-    print_json,
-    robot_option,
-)
-from surefoot.studies.engine.command import run_shown, tell_failures
+from surefoot.options import check_plotting, compiling_notice, json_option, robot_option
+from surefoot.studies.engine.command import end, out_option, run_shown, workers_option
 
 
 @click.command()
@@ -27,11 +21,8 @@ from surefoot.studies.engine.command import run_shown, tell_failures
     "--leg-speed", "leg_speeds", type=float, multiple=True, metavar="M/S",
     help="Speed limit of the swing foot, or inf; may be repeated. 3 and inf if left out.",
 )  # fmt: skip
-@click.option("--workers", type=int, default=-1, help="Processes; all cores if left out.")
-@click.option(
-    "--out", type=click.Path(path_type=Path), default=Path("gentleness"), show_default=True,
-    metavar="DIR", help="Folder for table, report and page.",
-)  # fmt: skip
+@workers_option
+@out_option("gentleness", "table, report and page")
 @json_option
 def gentleness(
     robot: str, impulses: tuple[float, ...], leg_speeds: tuple[float, ...], workers: int,
@@ -44,8 +35,6 @@ def gentleness(
     stopped goes on when the same command is given again.
     """
     check_plotting()
-    from rich.console import Console
-
     from surefoot.robot.robot import load_robot
     from surefoot.studies.gentleness.question import IMPULSES, LEG_SPEEDS, Gentleness
     from surefoot.studies.gentleness.show import gentleness_report, numbers
@@ -55,13 +44,8 @@ def gentleness(
     )
     with compiling_notice():
         study.check()
-    (found,) = run_shown({out: study}, out, workers=workers)
-    status = tell_failures(found.failures)
+    (found,), status = run_shown({out: study}, out, workers=workers)
+    table = f"table: {out / study.NAME}.parquet"
     report = gentleness_report(found)
-    page, text = report.write(out)
-    if as_json:
-        print_json({"gentleness": numbers(found)})
-    else:
-        report.print(Console())
-        click.echo(f"\ntable: {out / f'{study.NAME}.parquet'}, page: {page}, report: {text}")
+    end(report, out, lambda: {"gentleness": numbers(found)}, as_json=as_json, kept=table)
     sys.exit(status)

@@ -9,13 +9,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from itertools import product
-from typing import Any, ClassVar
+from typing import ClassVar
 
-from surefoot.control.registry import find_method
 from surefoot.studies.engine.cells import Row
 from surefoot.studies.engine.push_answer import answer
-from surefoot.studies.engine.pushed_walk import PushCell, PushedWalk, check_sizes, push_cells
-from surefoot.studies.engine.study import Study
+from surefoot.studies.engine.pushed_walk import PushCell, PushedStudy, check_sizes, push_cells
 
 IMPULSES, LEG_SPEEDS = (5.0, 10.0, 20.0), (3.0, float("inf"))
 """Of the usual table [N s], [m/s]."""
@@ -46,42 +44,25 @@ class Cell:
 
 
 @dataclass(frozen=True)
-class Gentleness(Study):
+class Gentleness(PushedStudy):
     """The same pushes to two methods: 0.2 s long, four directions, four phases of a step.
 
     A row has a cell and what its method did, see `Answer`.
 
-    Args:
-        robot: who is pushed; its leg speed is replaced.
-        velocity: commanded (v_x, v_y) [m/s].
+    Args, beside those of `PushedStudy`:
+        methods: two of them.
         impulses: [N s].
-        leg_speeds: limits of the swing foot; inf for none [m/s].
-        methods: two keys of `control.registry`.
-
-    Raises:
-        ParameterError: no such method, or a number is out of range.
-        VelocityError: the velocity cannot be walked, or not on the slowest of the legs.
     """
 
-    velocity: tuple[float, float] = (0.5, 0.0)
-    impulses: tuple[float, ...] = IMPULSES
-    leg_speeds: tuple[float, ...] = LEG_SPEEDS
     methods: tuple[str, str] = ("unified", "hybrid")
+    leg_speeds: tuple[float, ...] = LEG_SPEEDS
+    impulses: tuple[float, ...] = IMPULSES
 
     NAME: ClassVar[str] = "gentleness"
 
     def __post_init__(self) -> None:
-        for key in self.methods:
-            find_method(key)
+        super().__post_init__()
         check_sizes("impulses", self.impulses, "N s")
-        check_sizes("leg_speeds", self.leg_speeds, "m/s", endless=True)
-        for leg_speed in self.leg_speeds:
-            self.walk.on_leg(leg_speed).check_leg()
-
-    @property
-    def walk(self) -> PushedWalk:
-        """What is pushed."""
-        return PushedWalk(self.robot, self.velocity)
 
     def cells(self) -> Iterator[Cell]:
         """See `Study`."""
@@ -94,17 +75,3 @@ class Gentleness(Study):
         """See `Study`."""
         push = self.walk.push(PushCell(cell.angle, cell.phase, cell.push_duration), cell.impulse)
         return asdict(answer(self.walk.on_leg(cell.leg_speed).controller(cell.method), push))
-
-    def common(self) -> dict[str, Any]:
-        """See `Study`."""
-        return {"velocity": list(self.velocity)}
-
-    def provenance(self) -> dict[str, str]:
-        """See `Study`."""
-        vx, vy = self.velocity
-        return {"mass": f"{self.robot.mass:g} kg", "velocity": f"{vx:g}, {vy:g} m/s"}
-
-    def check(self) -> None:
-        """See `Study`. A method that cannot control this robot is refused."""
-        for key in self.methods:
-            self.walk.on_leg(self.leg_speeds[0]).controller(key)

@@ -8,14 +8,14 @@ from pathlib import Path
 
 import click
 
-from surefoot.options import (
-    check_plotting,
-    compiling_notice,
-    json_option,
-    print_json,
-    robot_option,
+from surefoot.options import check_plotting, compiling_notice, json_option, robot_option
+from surefoot.studies.engine.command import (
+    end,
+    out_option,
+    run_shown,
+    velocity_option,
+    workers_option,
 )
-from surefoot.studies.engine.command import run_shown, tell_failures
 
 
 @click.command("push-map")
@@ -24,10 +24,7 @@ from surefoot.studies.engine.command import run_shown, tell_failures
     "--controller", "key", default="unified", show_default=True, metavar="METHOD",
     help="Method of the robot that is pushed; a wrong METHOD lists them.",
 )  # fmt: skip
-@click.option(
-    "--velocity", nargs=2, type=float, default=(0.5, 0.0), show_default="0.5 0", metavar="VX VY",
-    help="Of the walk that is pushed [m/s].",
-)  # fmt: skip
+@velocity_option()
 @click.option(
     "--leg-speed", type=float, default=3.0, show_default=True, metavar="M/S",
     help="Speed limit of the swing foot along each axis, or inf.",
@@ -48,11 +45,8 @@ from surefoot.studies.engine.command import run_shown, tell_failures
     "not: a hole that is narrower may be missed [N s].",
 )  # fmt: skip
 @click.option("--full", is_flag=True, help="Walk every impulse: no hole is missed.")
-@click.option("--workers", type=int, default=-1, help="Processes; all cores if left out.")
-@click.option(
-    "--out", type=click.Path(path_type=Path), default=Path("push-map"), show_default=True,
-    metavar="DIR", help="Folder for table, page and pictures.",
-)  # fmt: skip
+@workers_option
+@out_option("push-map", "table, page and pictures")
 @json_option
 def push_map(
     robot: str, key: str, velocity: tuple[float, float], leg_speed: float, directions: int,
@@ -68,8 +62,6 @@ def push_map(
 
     Exits with 1 if a cell could not be measured.
     """
-    from rich.console import Console
-
     from surefoot.control.registry import find_method
     from surefoot.errors import ParameterError
     from surefoot.robot.robot import load_robot
@@ -90,15 +82,9 @@ def push_map(
         # Here, so that not every process compiles.
         few = replace(study, directions=1, phases=1, step=1e4, coarse=None)
         few.measure_many(list(few.cells()))
-    (found,) = run_shown({out: study}, out, workers=workers, what="pushing")
-    if status := tell_failures(found.failures):
+    (found,), status = run_shown({out: study}, out, workers=workers, what="pushing")
+    if status:
         sys.exit(status)
     numbers = MapNumbers(found)
-    shown = report(numbers)
-    page, *others = shown.write(out)
-    if as_json:
-        print_json(as_numbers(numbers))
-        return
-    shown.print(Console())
-    table = out / f"{study.NAME}.parquet"
-    click.echo(f"\npage: {page}, table: {table}, text and pictures: {', '.join(map(str, others))}")
+    table = f"table: {out / study.NAME}.parquet"
+    end(report(numbers), out, lambda: as_numbers(numbers), as_json=as_json, kept=table)

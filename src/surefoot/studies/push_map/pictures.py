@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from surefoot.dcm.pushes import DIRECTIONS
 from surefoot.show import palette
 from surefoot.show.picture_file import HALO
-from surefoot.studies.engine.polar_rings import FIXED_DASH, FOOT_BAND, LIMIT, draw_rings
+from surefoot.studies.engine.pictures import FIXED, FOOT_BAND, LIMIT, add_map, closed, headline
 from surefoot.studies.push_map.map_numbers import MapNumbers, finding, origin
 
 HEADING = "How hard a push is survived, from any side at any time"
@@ -90,10 +90,7 @@ def heat_figure(numbers: MapNumbers) -> Figure:
 
 def _headline(figure: Figure, numbers: MapNumbers) -> None:
     up = 1.0 / figure.get_figheight()
-    figure.suptitle(
-        HEADING, x=0.25 / _WIDTH, y=1.0 - 0.14 * up, ha="left", va="top", fontsize=12.5,
-        fontweight="bold",
-    )  # fmt: skip
+    headline(figure, HEADING, size=12.5)
     for line, text in enumerate(
         ("  ·  ".join(origin(numbers)), *textwrap.wrap(finding(numbers), _LETTERS))
     ):
@@ -163,17 +160,14 @@ def polar_figure(numbers: MapNumbers) -> Figure:
     height = head + rows * (_SIZE + below) + foot
     figure = Figure(figsize=(_WIDTH, height), facecolor="white")
     _headline(figure, numbers)
-    left = 0.5 * (_WIDTH - columns * _SIZE - (columns - 1) * _GAP)
     outer = max(float(numbers.limit.max()), float(numbers.survived.max()), 1.0)
     for index in range(len(numbers.phases)):
-        row, column = divmod(index, columns)
-        place = (
-            (left + column * (_SIZE + _GAP)) / _WIDTH,
-            (height - head - row * (_SIZE + below) - _SIZE) / height,
-            _SIZE / _WIDTH, _SIZE / height,
+        limit = dict(zip(numbers.angles, numbers.limit[index], strict=True))
+        ax = add_map(
+            figure, index, columns, size=_SIZE, gap=_GAP, below=below, head=head, outer=outer,
+            near=lambda angle, limit=limit: limit[min(limit, key=lambda one: abs(one - angle))],
         )  # fmt: skip
-        ax: PolarAxes = figure.add_axes(place, projection="polar")  # type: ignore[assignment]
-        _draw_polar(ax, numbers, index, outer)
+        _draw_polar(ax, numbers, index)
     figure.legend(
         handles=_polar_legend(numbers), loc="lower center", ncols=4, frameon=False,
         bbox_to_anchor=(0.5, 0.04 / height), handlelength=2.6,
@@ -181,26 +175,21 @@ def polar_figure(numbers: MapNumbers) -> Figure:
     return figure
 
 
-def _draw_polar(ax: PolarAxes, numbers: MapNumbers, index: int, outer: float) -> None:
-    ax.set_theta_zero_location("N")
-    ax.set_rlim(0.0, 1.06 * outer)
-    phase, around = numbers.phases[index], np.append(numbers.angles, numbers.angles[0])
+def _draw_polar(ax: PolarAxes, numbers: MapNumbers, index: int) -> None:
+    phase = numbers.phases[index]
     ax.set_title(f"phase {phase:.3g}", loc="left", fontsize=8.5, fontweight="bold", pad=6.0)
     limit = numbers.limit[index]
-    draw_rings(ax, lambda angle: float(limit[np.argmin(np.abs(numbers.angles - angle))]))
 
-    def closed(values: NDArray[np.float64]) -> tuple[Any, Any]:
-        return np.radians(around), np.append(values, values[0])
+    def around(values: NDArray[np.float64]) -> tuple[Any, Any]:
+        return closed(numbers.angles.tolist(), values.tolist())
 
     survived = numbers.survived[index]
-    ax.fill(*closed(limit), color=FOOT_BAND, linewidth=0.0, zorder=0.9)
-    ax.plot(*closed(limit), color=LIMIT, linewidth=2.6, zorder=2.5, gid=f"limit-{phase:g}")
+    ax.fill(*around(limit), color=FOOT_BAND, linewidth=0.0, zorder=0.9)
+    ax.plot(*around(limit), color=LIMIT, linewidth=2.6, zorder=2.5, gid=f"limit-{phase:g}")
+    fixed = numbers.limit_fixed[index]
+    ax.plot(*around(fixed), zorder=2.3, gid=f"fixed-{phase:g}", **FIXED)
     ax.plot(
-        *closed(numbers.limit_fixed[index]), color=palette.QUIET, linewidth=0.9,
-        linestyle=FIXED_DASH, zorder=2.3, gid=f"fixed-{phase:g}",
-    )  # fmt: skip
-    ax.plot(
-        *closed(survived), color=SURVIVED, linewidth=1.3, zorder=4.0, gid=f"survived-{phase:g}",
+        *around(survived), color=SURVIVED, linewidth=1.3, zorder=4.0, gid=f"survived-{phase:g}",
     )  # fmt: skip
     holed = numbers.holes[index] > 0
     ax.plot(
@@ -213,8 +202,7 @@ def _polar_legend(numbers: MapNumbers) -> list[Any]:
     handles: list[Any] = [
         Line2D([], [], color=SURVIVED, linewidth=1.3, label="largest survived impulse [N s]"),
         Line2D([], [], color=LIMIT, linewidth=2.6, label="theoretical limit"),
-        Line2D([], [], color=palette.QUIET, linewidth=0.9, linestyle=FIXED_DASH,
-               label="limit of fixed steps"),
+        Line2D([], [], label="limit of fixed steps", **FIXED),
     ]  # fmt: skip
     if (numbers.holes > 0).any():
         handles.append(

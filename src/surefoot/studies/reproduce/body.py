@@ -221,7 +221,11 @@ def back_words(answer: BodyAnswer) -> str:
     return f"the DCM is back within {100.0 * BACK:g} cm at touchdowns from {landings} on"
 
 
-def step_rows(answers: Sequence[BodyAnswer], most: int = 6) -> list[tuple[str, ...]]:
+SHOWN_STEPS = 6
+"""So many steps of a walk are listed, from the pushed one on."""
+
+
+def step_rows(answers: Sequence[BodyAnswer]) -> list[tuple[str, ...]]:
     """Steps from the pushed one on: walk, foot, duration, length, width and error of the DCM."""
     return [
         (
@@ -230,7 +234,8 @@ def step_rows(answers: Sequence[BodyAnswer], most: int = 6) -> list[tuple[str, .
             f"{abs(step.step[1]):.3f}", f"{100.0 * off:.1f}",
         )
         for one in answers
-        for number, (step, off) in enumerate(zip(one.steps[:most], one.off, strict=False), start=1)
+        for number, (step, off) in enumerate(zip(one.steps, one.off, strict=False), start=1)
+        if number <= SHOWN_STEPS
     ]  # fmt: skip
 
 

@@ -7,13 +7,13 @@ from pathlib import Path
 
 import click
 
-from surefoot.options import check_plotting, json_option, print_json
-from surefoot.studies.engine.command import run_shown, tell_failures
+from surefoot.options import check_plotting, json_option
+from surefoot.studies.engine.command import end, run_shown, workers_option
 
 
 @click.command()
 @click.argument("study", type=click.Path(path_type=Path), metavar="STUDY.toml")
-@click.option("--workers", type=int, default=-1, help="Processes; all cores if left out.")
+@workers_option
 @click.option(
     "--cluster", metavar="ADDRESS",
     help="Measure on the workers of this dask scheduler, for example tcp://10.0.0.1:8786.",
@@ -45,8 +45,6 @@ def sweep(
     Exits with 1 if a cell could not be measured.
     """
     check_plotting()
-    from rich.console import Console
-
     from surefoot.checks import check_writable
     from surefoot.errors import ParameterError
     from surefoot.studies.engine.workers import Cluster
@@ -63,20 +61,21 @@ def sweep(
     elif quantity is not None:
         raise ParameterError("--plot with --quantity", "no --plot", "give --plot FILE.png")
     who = workers if cluster is None else Cluster(cluster)
-    (found,) = run_shown({folder: asked}, folder, workers=who)
-    status = tell_failures(
-        found.failures,
-        lambda cell: ", ".join(f"{name} = {one}" for name, one in asked.columns(cell).items()),
+    (found,), status = run_shown(
+        {folder: asked},
+        folder,
+        workers=who,
+        where=lambda cell: ", ".join(f"{key} = {one}" for key, one in asked.columns(cell).items()),
     )
     shown = report(found, quantity)
-    page, *others = shown.write(folder)
     if plot is not None:
         draw_sweep(found, plot, quantity)
-        others.append(plot)
-    if as_json:
-        print_json(as_numbers(found))
-    else:
-        shown.print(Console())
-        table, rest = folder / f"{asked.NAME}.parquet", ", ".join(map(str, others))
-        click.echo(f"\npage: {page}, table: {table}, text and pictures: {rest}")
+    end(
+        shown,
+        folder,
+        lambda: as_numbers(found),
+        as_json=as_json,
+        kept=f"table: {folder / asked.NAME}.parquet",
+        beside=() if plot is None else (plot,),
+    )
     sys.exit(status)

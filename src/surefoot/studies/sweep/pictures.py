@@ -15,6 +15,7 @@ from matplotlib.patches import Patch, Rectangle
 from surefoot.checks import check_writable
 from surefoot.show import palette
 from surefoot.show.picture_file import FORMATS, write_picture
+from surefoot.studies.engine.pictures import headline
 from surefoot.studies.engine.study import Measured
 from surefoot.studies.sweep.axes import NOTHING_FAILED, name_places
 from surefoot.studies.sweep.columns import Column, Quantity, column, quantity, quantity_name
@@ -77,10 +78,7 @@ def sweep_figure(measured: Measured[Sweep], name: str | None = None) -> Figure:
 def _write_title(figure: Figure, measured: Measured[Sweep]) -> None:
     study, (width, height) = measured.study, figure.get_size_inches()
     title = fill(study.title or "a sweep", int(11.5 * width))
-    figure.suptitle(
-        title, x=0.14 / width, y=1.0 - 0.1 / height, ha="left", va="top", fontsize=10.5,
-        fontweight="bold",
-    )  # fmt: skip
+    headline(figure, title, left=0.14, down=0.1, size=10.5)
     count = f"{len(measured.rows)} cells"
     words = [measured.provenance["robot"], study.controller,
              count if study.sampling == "grid" else f"{count}, {study.sampling}"]  # fmt: skip

@@ -14,11 +14,15 @@ from surefoot.options import (
     compiling_notice,
     given,
     json_option,
-    print_json,
     progress_bar,
     robot_option,
 )
-from surefoot.studies.engine.command import stopped_by_ctrl_c
+from surefoot.studies.engine.command import (
+    end,
+    out_option,
+    stopped_by_ctrl_c,
+    velocity_option,
+)
 
 if TYPE_CHECKING:
     from surefoot.studies.tune.question import Question
@@ -43,10 +47,7 @@ compares."""
     "--controller", default="unified", show_default=True, metavar="METHOD",
     help="What is tuned; a wrong METHOD lists those that can be.",
 )  # fmt: skip
-@click.option(
-    "--velocity", nargs=2, type=float, default=(0.5, 0.0), show_default="0.5 0", metavar="VX VY",
-    help="Of the walk that is pushed [m/s].",
-)  # fmt: skip
+@velocity_option()
 @click.option(
     "--leg-speed", type=float, metavar="M/S",
     help="Speed limit of the swing foot; the robot's own if left out, or 3 if it has none.",
@@ -75,10 +76,7 @@ compares."""
     help=f"{QUICK_PHASES} phase and a step of {QUICK_STEP:g}, unless they are given.",
 )  # fmt: skip
 @click.option("--workers", type=int, metavar="N", help="Threads; all cores if left out.")
-@click.option(
-    "--out", type=click.Path(path_type=Path), default=Path("tune"), show_default=True,
-    metavar="DIR", help="Folder for settings, report, picture and every trial.",
-)  # fmt: skip
+@out_option("tune", "settings, report, picture and every trial")
 @json_option
 def tune(
     robot: str, controller: str, velocity: tuple[float, float], leg_speed: float | None,
@@ -122,8 +120,6 @@ def _tune(
     question: Question, out: Path, trials: int, prefer: str, workers: int | None, walk: str,
     as_json: bool,
 ) -> None:  # fmt: skip
-    from rich.console import Console
-
     from surefoot.control.settings import settings_text
     from surefoot.studies.engine.report import write_files
     from surefoot.studies.tune.search import tune as search
@@ -131,13 +127,8 @@ def _tune(
 
     with stopped_by_ctrl_c(out), progress_bar("tuning") as progress:
         tuned = search(question, out, trials, prefer=prefer, workers=workers, report=progress)
-    shown = report(tuned, walk)
-    page, text, picture = shown.write(out)
     settings = settings_text(tuned.settings, settings_notes(tuned, walk))
     (path,) = write_files({SETTINGS: settings.encode()}, out)
-    if as_json:
-        print_json(tuned.as_numbers())
-        return
-    shown.print(Console())
-    click.echo(f"\nreport: {page}, text: {text}, picture: {picture}, settings: {path}")
-    click.echo(f"walk with it: {walk}")
+    end(report(tuned, walk), out, tuned.as_numbers, as_json=as_json, kept=f"settings: {path}")
+    if not as_json:
+        click.echo(f"walk with it: {walk}")

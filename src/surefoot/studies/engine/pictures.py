@@ -1,0 +1,100 @@
+"""What pictures of studies share: a headline, and polar maps seen from above, forward up."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.projections.polar import PolarAxes
+from matplotlib.ticker import MaxNLocator
+
+from surefoot.dcm.pushes import DIRECTIONS
+from surefoot.show import palette
+from surefoot.show.picture_file import HALO
+
+LIMIT, FOOT_BAND = "#222222", "#d7e3ea"
+"""Colours of the theoretical limit, and of what the sole adds to it."""
+
+FIXED: dict[str, Any] = {"color": palette.QUIET, "linewidth": 0.9, "linestyle": (0, (1, 1.6))}
+"""How the limit of fixed steps is drawn."""
+
+
+def headline(
+    figure: Figure, *parts: str, left: float = 0.25, down: float = 0.14, size: float = 12.0
+) -> None:
+    """Write what a figure shows above it, without parts that are empty.
+
+    It stands so far from the `left` edge and `down` from the upper one [in]; `size` in [pt].
+    """
+    width, height = figure.get_size_inches()
+    figure.suptitle(
+        "  ·  ".join(filter(None, parts)), x=left / width, y=1.0 - down / height, ha="left",
+        va="top", fontsize=size, fontweight="bold",
+    )  # fmt: skip
+
+
+def add_map(
+    figure: Figure, index: int, columns: int, *, size: float, gap: float, below: float,
+    head: float, outer: float, near: Callable[[float], float],
+) -> PolarAxes:  # fmt: skip
+    """Add one of several maps of the same scale, which stand in rows in the middle of a figure.
+
+    Args:
+        figure: of its final size.
+        index: which one it is, row by row.
+        columns: how many stand in a row.
+        size: of a map [in].
+        gap: between maps in a row [in].
+        below: from the foot of a map to the head of the next one below [in].
+        head: above the first row [in].
+        outer: the largest impulse that is drawn [N s].
+        near: how far out something is drawn near an angle [deg].
+    """
+    width, height = figure.get_size_inches()
+    left = 0.5 * (width - columns * size - (columns - 1) * gap)
+    row, column = divmod(index, columns)
+    bottom = height - head - row * (size + below) - size
+    place = (
+        (left + column * (size + gap)) / width, bottom / height, size / width, size / height
+    )  # fmt: skip
+    ax: PolarAxes = figure.add_axes(place, projection="polar")  # type: ignore[assignment]
+    ax.set_theta_zero_location("N")
+    ax.set_rlim(0.0, 1.06 * outer)
+    _draw_rings(ax, near)
+    return ax
+
+
+def closed(angles: Sequence[float], radii: Sequence[float]) -> tuple[Any, Any]:
+    """Angles [deg] and radii of a line all around, as a polar plot takes them."""
+    return np.radians([*angles, angles[0]]), np.asarray([*radii, radii[0]])
+
+
+def _draw_rings(ax: PolarAxes, near: Callable[[float], float]) -> None:
+    """Draw rings with their impulses, and the names of the directions around."""
+    ax.spines["polar"].set_visible(False)
+    ax.set_axisbelow(True)
+    ax.grid(color="#dcdcdc", linewidth=0.5)
+    ax.set_thetagrids(list(DIRECTIONS.values()), labels=[""] * len(DIRECTIONS))
+    for (name, angle), turn, place in zip(
+        DIRECTIONS.items(), (0.0, 90.0, 0.0, -90.0), ("bottom", "center", "top", "center"),
+        strict=True,
+    ):  # fmt: skip
+        across = {"outward": "right", "inward": "left"}.get(name, "center")
+        ax.text(
+            math.radians(angle), 1.01 * ax.get_rmax(), name, rotation=turn, va=place, ha=across,
+            fontsize=7.5, color=palette.QUIET, gid=f"direction-{name}",
+        )  # fmt: skip
+    ticks = [tick for tick in MaxNLocator(4).tick_values(0.0, ax.get_rmax()) if tick > 0.0]
+    ticks = [tick for tick in ticks if tick < 0.98 * ax.get_rmax()]
+    ax.set_rgrids(ticks, labels=[""] * len(ticks))
+    # Where there is least to write over.
+    radii = {angle: near(angle) for angle in (225.0, 315.0, 135.0, 45.0)}
+    free = math.radians(min(radii, key=radii.__getitem__))
+    for tick in ticks:
+        ax.text(
+            free, tick, f"{tick:g}", fontsize=6.5, color=palette.QUIET,
+            ha="center", va="center", path_effects=HALO, zorder=5.0,
+        )  # fmt: skip
