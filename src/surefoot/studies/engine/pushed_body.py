@@ -13,6 +13,7 @@ from functools import lru_cache
 from surefoot.control.registry import find_method
 from surefoot.control.unified.fixed_landing import fixed_place, fixed_timing
 from surefoot.dcm.pushes import DIRECTIONS, Push, push_direction
+from surefoot.errors import ParameterError
 from surefoot.interface import Controller
 from surefoot.robot.feet import Side
 from surefoot.robot.floor import TIME_STEP
@@ -21,7 +22,6 @@ from surefoot.robot.robot import Robot
 from surefoot.rollout.rollout import Rollout
 from surefoot.rollout.trace import WALKING
 from surefoot.studies.engine.body_recovery import BegunStep, Settling, Steps
-from surefoot.studies.engine.pushed_walk import find_named
 from surefoot.worlds.body.controller import BodyControl
 from surefoot.worlds.body.gait import body_control, body_controller, body_parameters, walking_robot
 from surefoot.worlds.body.sensors import BodyNoise, usual_estimator
@@ -104,19 +104,15 @@ def body_method(key: str) -> BodyMethod:
     Raises:
         ParameterError: there is none of that name for a body.
     """
-<<<<<<< HEAD
-    for one in BODY_METHODS:
-        if one.key == key:
-            return one
+    own = next((one for one in BODY_METHODS if one.key == key), None)
+    if own is not None:
+        return own
     try:
         return _published(key)
     except ParameterError as error:
         names = ", ".join(one.key for one in BODY_METHODS)
         expected = f"a method for a body ({names}, or any other that walks)"
         raise ParameterError(expected, error.got, "choose one of these") from error
-=======
-    return find_named("a method for a body", BODY_METHODS, key)
->>>>>>> studies19
 
 
 @lru_cache(maxsize=4)
