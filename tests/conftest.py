@@ -36,8 +36,13 @@ def pushed_walk(robot_70kg: sf.Robot) -> sf.Rollout:
 
 
 @pytest.fixture(scope="session")
-def body_control(robot: sf.Robot) -> sf.BodyControl:
+def multibody(robot: sf.Robot) -> sf.Multibody:
+    """The mechanism of the paper's biped; nothing may change it."""
+    return sf.load_multibody(robot)
+
+
+@pytest.fixture(scope="session")
+def body_control(multibody: sf.Multibody) -> sf.BodyControl:
     """The paper's biped in physics, with the unified controller at 0.3 m/s."""
-    multibody = sf.load_multibody(robot)
     controller = sf.body_controller("unified", sf.walking_robot(multibody), (0.3, 0.0))
     return sf.body_control(controller, multibody)

@@ -19,7 +19,7 @@ METHODS: list[dict[str, Any]] = [
      "decision_p50": p50, "decision_p99_9": p999, "period": 0.001}
     for key, label, adapts, p50, p999, source, cannot in [
         ("unified", "Unified, leg-speed aware", "ZMP, step location, timing", 2.1e-6, 9e-6,
-         "This package; docs/near_limit.md", "uses every freedom that is given"),
+         "This package; docs/unified.md", "uses every freedom that is given"),
         ("hybrid", "Hybrid of the paper", "step location, timing; then ZMP", 1.3e-6, 6e-6,
          "Khadiv, Herzog, Moosavian, Righetti, 2020", "knows no leg-speed limit"),
         ("step_timing", "Step and timing QP", "step location, timing", 1.1e-6, 4e-6,

@@ -6,48 +6,17 @@ mu lambda^1.5, inertias times mu lambda^2, speeds times the root of lambda, angl
 
 from __future__ import annotations
 
-import math
 import xml.etree.ElementTree as ET
-from dataclasses import dataclass
 from pathlib import Path
 
 import msgspec
 
 import surefoot as sf
-from surefoot.robot.gait import GaitLimits, Swing
+from scales import Scale
 from surefoot.robot.paper_biped import paper_biped_mjcf
-from surefoot.robot.robot import Foot
 
 
-@dataclass(frozen=True)
-class Size:
-    """Another size: `length` is lambda, `mass` is mu."""
-
-    length: float
-    mass: float
-
-    @property
-    def time(self) -> float:
-        return math.sqrt(self.length)
-
-    @property
-    def speed(self) -> float:
-        return math.sqrt(self.length)
-
-    @property
-    def force(self) -> float:
-        return self.mass
-
-    @property
-    def torque(self) -> float:
-        return self.mass * self.length
-
-    @property
-    def inertia(self) -> float:
-        return self.mass * self.length**2
-
-
-def scaled_mjcf(text: str, size: Size) -> str:
+def scaled_mjcf(text: str, size: Scale) -> str:
     """The same mechanism in another size."""
     factors = {
         **dict.fromkeys(("pos", "size", "fromto"), size.length),
@@ -64,19 +33,7 @@ def scaled_mjcf(text: str, size: Size) -> str:
     return ET.tostring(root, encoding="unicode")
 
 
-def scaled_gait(gait: GaitLimits, size: Size) -> GaitLimits:
-    def times(pair: tuple[float, float], factor: float) -> tuple[float, float]:
-        return (factor * pair[0], factor * pair[1])
-
-    return GaitLimits(
-        step_duration=times(gait.step_duration, size.time),
-        step_x=times(gait.step_x, size.length),
-        step_y=times(gait.step_y, size.length),
-        dcm_offset=times(gait.dcm_offset, size.length),
-    )
-
-
-def scaled_biped(folder: Path, size: Size, *, own_gait: bool = True) -> sf.Robot:
+def scaled_biped(folder: Path, size: Scale, *, own_gait: bool = True) -> sf.Robot:
     """The paper's biped in another size, its model in a file of the folder.
 
     Args:
@@ -92,12 +49,8 @@ def scaled_biped(folder: Path, size: Size, *, own_gait: bool = True) -> sf.Robot
     model = folder / f"biped-{size.length:g}-{size.mass:g}.xml"
     text = paper_biped_mjcf(robot.hip, (foot.length, foot.width))
     model.write_text(scaled_mjcf(text, size), "utf-8")
-    swing = Swing(
-        height=size.length * body.swing.height,
-        landing_velocity=size.speed * body.swing.landing_velocity,
-        max_speed=size.speed * body.swing.max_speed,
-        max_acceleration=body.swing.max_acceleration,
-    )
+    point_mass = robot.replace(body=None)
+    walking = size.robot(point_mass.replace(gait=body.gait, swing=body.swing))
     x, y, z = body.sole
     body = msgspec.structs.replace(
         body,
@@ -106,15 +59,7 @@ def scaled_biped(folder: Path, size: Size, *, own_gait: bool = True) -> sf.Robot
         leg_radius=size.length * (body.leg_radius or 0.0),
         torque={name: size.torque * value for name, value in body.torque.items()},
         speed={name: value / size.time for name, value in body.speed.items()},
-        gait=scaled_gait(body.gait, size) if own_gait else None,
-        swing=swing if own_gait else None,
+        gait=walking.gait if own_gait else None,
+        swing=walking.swing if own_gait else None,
     )
-    return robot.replace(
-        name=model.stem,
-        mass=size.mass * robot.mass,
-        com_height=size.length * robot.com_height,
-        hip=size.length * robot.hip,
-        foot=Foot(length=size.length * foot.length, width=size.length * foot.width),
-        gait=scaled_gait(robot.gait, size),
-        body=body,
-    )
+    return size.robot(point_mass).replace(name=model.stem, body=body)

@@ -31,6 +31,16 @@ class Scale:
         return math.sqrt(self.length)
 
     @property
+    def torque(self) -> float:
+        """Of torques, and of springs of joints."""
+        return self.mass * self.length
+
+    @property
+    def inertia(self) -> float:
+        """Of moments of inertia."""
+        return self.mass * self.length**2
+
+    @property
     def impulse(self) -> float:
         """Of impulses."""
         return self.mass * self.time
@@ -72,7 +82,7 @@ class Scale:
             "step_location": length * told["step_location"],
             "step_duration": time * told["step_duration"],
             "zmp": length * told["zmp"],
-            "hip_torque": told["hip_torque"] / (self.mass * self.length),
+            "hip_torque": told["hip_torque"] / self.torque,
             "mode": told["mode"].astype(float),
             "status": told["status"].astype(float),
         }

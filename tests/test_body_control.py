@@ -25,11 +25,6 @@ COURSE = CourseController(0.5, 0.15, 0.03)
 """Of `BodyControl` by default."""
 
 
-@pytest.fixture(scope="module")
-def multibody(robot: sf.Robot) -> Multibody:
-    return sf.load_multibody(robot)
-
-
 def control_of(
     multibody: Multibody, velocity: tuple[float, float], side: sf.Side = sf.Side.RIGHT
 ) -> BodyControl:

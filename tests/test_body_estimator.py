@@ -13,7 +13,7 @@ import body_motion as motions
 import surefoot as sf
 from surefoot.geometry import rotated_by, rotation_matrix, turned, turned_in_world
 from surefoot.robot.leg_kinematics import SOLES, find_soles, leg_links
-from surefoot.robot.multibody import Multibody, load_multibody
+from surefoot.robot.multibody import Multibody
 from surefoot.worlds.body.base_filter import ERRORS, FEET, POSITION, VELOCITY
 from surefoot.worlds.body.estimator import BodyEstimator, BodyMemory
 from surefoot.worlds.body.interface import JointCommand
@@ -22,11 +22,6 @@ from surefoot.worlds.body.sensors import measure, measure_standing
 
 NO_FLOOR = 1e3
 """Uneven enough for the floor to say nothing [m]."""
-
-
-@pytest.fixture(scope="module")
-def multibody() -> Multibody:
-    return load_multibody(sf.load_robot("paper-biped"))
 
 
 @pytest.fixture(scope="module")

@@ -52,11 +52,6 @@ class Faulty:
         return told, (cycle + 1, inner)
 
 
-@pytest.fixture(scope="module")
-def multibody(body_control: sf.BodyControl) -> Multibody:
-    return body_control.multibody
-
-
 @pytest.mark.parametrize(
     ("channel", "sign", "cycles"), list(product(FAULTS, (1.0, -1.0), (1, 3))), ids=str
 )

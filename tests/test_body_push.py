@@ -4,11 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import os
-import signal
-import subprocess
-import sys
-import time
 from dataclasses import asdict
 
 import numpy as np
@@ -16,6 +11,7 @@ import pytest
 from click.testing import CliRunner
 
 import surefoot as sf
+from killed_studies import kill_when_kept, without_time
 from surefoot.cli import main
 from surefoot.control.unified.fixed_landing import fixed_place, fixed_timing, with_fixed_place
 from surefoot.dcm.nominal_gait import nominal_gait
@@ -44,10 +40,6 @@ WALK = PushedBody(ROBOT, "unified", "left", 0.5)
 @pytest.fixture(scope="module")
 def believed() -> sf.Robot:
     return walking_robot(mechanism_of(ROBOT))
-
-
-def without_time(rows: list[dict]) -> list[dict]:
-    return [{name: value for name, value in row.items() if name != "seconds"} for row in rows]
 
 
 def test_the_cells_are_the_whole_grid() -> None:
@@ -204,17 +196,8 @@ run(study, Path(sys.argv[1]), workers=1)
 
 
 def test_a_killed_study_goes_on_and_repeats_nothing(tmp_path, monkeypatch) -> None:
-    script, folder = tmp_path / "killed.py", tmp_path / "table"
-    script.write_text(KILLED)
-    killed = subprocess.Popen([sys.executable, str(script), str(folder)])
-    deadline = time.monotonic() + 60.0
-    while time.monotonic() < deadline and killed.poll() is None:
-        if len(list((folder / "shards").glob("*.parquet"))) >= 3:
-            break
-        time.sleep(0.02)
-    os.kill(killed.pid, signal.SIGKILL)
-    killed.wait()
-    kept, again = len(list((folder / "shards").glob("*.parquet"))), []
+    folder, again = tmp_path / "table", []
+    kept = kill_when_kept(KILLED, folder, count=3)
     assert 3 <= kept < 32
 
     def measure(_: BodyPushes, cell: BodyPush) -> dict:

@@ -10,10 +10,11 @@ import numpy as np
 import pytest
 
 import surefoot as sf
-from scaled_body import Size, scaled_biped
+from scaled_body import scaled_biped
+from scales import UNITY, Scale
 from surefoot.robot.own_units import OwnUnits
 
-SIZES = [Size(0.3, 0.027), Size(2.0, 8.0), Size(0.5, 1.5)]
+SIZES = [Scale(0.3, 0.027), Scale(2.0, 8.0), Scale(0.5, 1.5)]
 DURATION, PUSHED_DURATION, SPEED = 6.0, 7.5, 0.3
 """Of the walks, in the time and length of the paper's biped [s, s, m/s]. One with a push ends later
 than 16 / omega after it: before that, what 1 ms is of their time decides whether the last steps are
@@ -31,15 +32,15 @@ class Walk:
     duration: float
 
 
-def control_of(robot: sf.Robot, size: Size) -> sf.BodyControl:
+def control_of(robot: sf.Robot, size: Scale) -> sf.BodyControl:
     multibody = sf.load_multibody(robot)
     believed = sf.walking_robot(multibody)
-    controller = sf.body_controller("unified", believed, (SPEED * size.speed, 0.0))
+    controller = sf.body_controller("unified", believed, (SPEED * size.time, 0.0))
     return sf.body_control(controller, multibody)
 
 
 def walk(
-    folder: Path, size: Size, impulse: tuple[float, float] | None = None, **senses: Any
+    folder: Path, size: Scale, impulse: tuple[float, float] | None = None, **senses: Any
 ) -> Walk:
     """Walk the paper's biped in another size; an impulse is in the paper's biped's [N s]."""
     control = control_of(scaled_biped(folder, size), size)
@@ -63,16 +64,16 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def usual(folder: Path) -> Walk:
-    return walk(folder, Size(1.0, 1.0), estimator="truth")
+    return walk(folder, UNITY, estimator="truth")
 
 
 @pytest.fixture(scope="module")
 def pushed(folder: Path) -> Walk:
-    return walk(folder, Size(1.0, 1.0), (50.0, 0.0), estimator="truth")
+    return walk(folder, UNITY, (50.0, 0.0), estimator="truth")
 
 
 @pytest.mark.parametrize("size", SIZES, ids=str)
-def test_robots_of_all_sizes_walk_alike(folder: Path, usual: Walk, size: Size) -> None:
+def test_robots_of_all_sizes_walk_alike(folder: Path, usual: Walk, size: Scale) -> None:
     """To what 1 ms of control is of their time: 0.2 % of a step's duration for the smallest."""
     other = walk(folder, size, estimator="truth")
     assert (other.outcome, other.steps) == (usual.outcome, usual.steps)
@@ -82,7 +83,7 @@ def test_robots_of_all_sizes_walk_alike(folder: Path, usual: Walk, size: Size) -
 
 
 @pytest.mark.parametrize("size", SIZES[:2], ids=str)
-def test_robots_of_all_sizes_bear_the_same_push(folder: Path, pushed: Walk, size: Size) -> None:
+def test_robots_of_all_sizes_bear_the_same_push(folder: Path, pushed: Walk, size: Scale) -> None:
     other = walk(folder, size, (50.0, 0.0), estimator="truth")
     assert (other.outcome, other.steps) == (pushed.outcome, pushed.steps)
     assert other.outcome is not sf.Outcome.FELL
@@ -91,7 +92,7 @@ def test_robots_of_all_sizes_bear_the_same_push(folder: Path, pushed: Walk, size
 
 @pytest.mark.parametrize("size", SIZES[:2], ids=str)
 def test_robots_of_all_sizes_walk_alike_on_their_sensors(
-    folder: Path, usual: Walk, size: Size
+    folder: Path, usual: Walk, size: Scale
 ) -> None:
     """Encoders and inertial units are the same for all, load cells are chosen for the weight."""
     other = walk(folder, size)
@@ -101,7 +102,7 @@ def test_robots_of_all_sizes_walk_alike_on_their_sensors(
 
 def test_what_a_file_does_not_say_follows_from_the_robot(folder: Path) -> None:
     """As little as a robot's file has to say: a walk of the default speed limits of its leg."""
-    size = Size(0.3, 0.027)
+    size = Scale(0.3, 0.027)
     robot = scaled_biped(folder, size, own_gait=False)
     believed = sf.walking_robot(sf.load_multibody(robot))
     own, large = (
@@ -109,7 +110,7 @@ def test_what_a_file_does_not_say_follows_from_the_robot(folder: Path) -> None:
         sf.walking_robot(sf.load_multibody(sf.load_robot("paper-biped"))),
     )
     assert believed.swing.height / own.length == pytest.approx(large.swing.height / 0.8, rel=1e-3)
-    assert believed.swing.max_speed == pytest.approx(4.0 * size.speed, rel=0.01)
+    assert believed.swing.max_speed == pytest.approx(4.0 * size.time, rel=0.01)
     assert believed.gait.step_duration[0] == pytest.approx(0.2 * size.time, rel=0.01)
     rollout = sf.simulate_body(control_of(robot, size), 6.0 * size.time)
     assert rollout.outcome is sf.Outcome.WALKED

@@ -6,18 +6,11 @@ import sys
 from pathlib import Path
 
 import pytest
-from click.testing import CliRunner, Result
 
 import surefoot as sf
-from surefoot.cli import main
+from invoked import run
 
 PUSH = ["--push", "176,0@1.1+0.2"]
-
-
-def run(*arguments: str) -> Result:
-    result = CliRunner().invoke(main, list(arguments))
-    assert not isinstance(result.exception, Exception), result.exception
-    return result
 
 
 def test_walk_tells_what_happened() -> None:

@@ -10,20 +10,13 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from click.testing import CliRunner, Result
 
 import surefoot as sf
-from surefoot.cli import main
+from invoked import run
 from surefoot.show.words import title
 from surefoot.worlds.body import world as body_world
 
 PHYSICS = ("walk", "--simulator", "mujoco")
-
-
-def run(*arguments: str) -> Result:
-    result = CliRunner().invoke(main, list(arguments))
-    assert not isinstance(result.exception, Exception), result.exception
-    return result
 
 
 def told(*arguments: str) -> dict:

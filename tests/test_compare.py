@@ -4,11 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import os
-import signal
-import subprocess
-import sys
-import time
 from pathlib import Path
 
 import polars
@@ -16,6 +11,7 @@ import pytest
 from click.testing import CliRunner
 
 import surefoot as sf
+from killed_studies import kill_when_kept, shards, without_time
 from surefoot.cli import main
 from surefoot.control.registry import find_method, method_names, methods
 from surefoot.studies.compare.question import Cell, Comparison, able_methods, every_method
@@ -26,10 +22,6 @@ ROBOT = sf.load_robot("paper-biped").replace(mass=70.0)
 SMALL = Comparison(
     ROBOT, methods=("tracking", "hybrid"), directions=2, phases=2, leg_speeds=(3.0,), step=20.0
 )
-
-
-def without_time(rows: list[dict]) -> list[dict]:
-    return [{name: value for name, value in row.items() if name != "seconds"} for row in rows]
 
 
 @pytest.fixture(scope="module")
@@ -147,28 +139,14 @@ run(SMALL, Path(sys.argv[1]), workers=1)
 
 
 def kept_rows(folder: Path) -> list[dict]:
-    return [
-        row
-        for path in sorted((folder / "shards").glob("*.parquet"))
-        for row in polars.read_parquet(path).to_dicts()
-    ]
+    return [row for path in shards(folder) for row in polars.read_parquet(path).to_dicts()]
 
 
 def test_a_killed_study_goes_on_and_repeats_nothing(measured, tmp_path, monkeypatch) -> None:
     """kill -9 in the middle, three times; every finished cell is measured once."""
-    folder, script = tmp_path / "table", tmp_path / "killed.py"
-    script.write_text(KILLED)
-    before = 0
+    folder, before = tmp_path / "table", 0
     for _ in range(3):
-        study = subprocess.Popen([sys.executable, str(script), str(folder)])
-        deadline = time.monotonic() + 120.0
-        while time.monotonic() < deadline and study.poll() is None:
-            if len(list((folder / "shards").glob("*.parquet"))) > before:
-                break
-            time.sleep(0.02)
-        os.kill(study.pid, signal.SIGKILL)
-        study.wait()
-        before = len(list((folder / "shards").glob("*.parquet")))
+        before = kill_when_kept(KILLED, folder, count=before + 1)
     kept = kept_rows(folder)
     assert 3 <= len(kept) < len(measured.rows)
     again = []

@@ -3,16 +3,15 @@ from __future__ import annotations
 import math
 import re
 from functools import partial
-from itertools import combinations
 from typing import Any
 
 import numpy as np
 import pytest
 from matplotlib import rc_context, style
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
+from figure_artists import assert_words_stand_apart, drawn, line
 from push_comparison import METHODS, comparison, measured_rows
 from surefoot.errors import ParameterError
 from surefoot.show import palette
@@ -28,15 +27,6 @@ from surefoot.studies.engine.study import Measured
 def measured(directions: int = 8, phases: int = 8, **options: Any) -> Measured[Comparison]:
     options = {"speeds": (3.0, math.inf), "durations": (0.2,), **options}
     return comparison(measured_rows(directions, phases, **options))
-
-
-def drawn(figure: Figure, pattern: str) -> list[Any]:
-    return figure.findobj(lambda artist: re.fullmatch(pattern, artist.get_gid() or "") is not None)
-
-
-def line(figure: Figure, name: str) -> np.ndarray:
-    (artist,) = drawn(figure, re.escape(name))
-    return artist.get_xydata()
 
 
 @pytest.fixture(scope="module")
@@ -151,17 +141,10 @@ def test_the_title_says_robot_leg_speed_and_duration(
 def test_words_of_a_map_do_not_overlap(shape: tuple[int, int]) -> None:
     with style.context(["default", palette.STYLE]):
         figure = polar_figure(measured(*shape))
-        renderer = FigureCanvasAgg(figure).get_renderer()
-        figure.draw(renderer)
+        figure.draw_without_rendering()
     words = drawn(figure, "direction-.*|absent-.*") + figure.legends[0].get_texts()
     words += [ax._left_title for ax in figure.axes] + figure.texts
-    boxes = [(text.get_text(), text.get_window_extent(renderer)) for text in words]
-    width, height = figure.get_size_inches() * figure.dpi
-    for text, box in boxes:
-        inside = box.x0 >= 0 and box.y0 >= 0 and box.x1 <= width and box.y1 <= height
-        assert inside, text
-    for (one, first), (two, second) in combinations(boxes, 2):
-        assert not first.padded(-1.0).overlaps(second), (one, two)
+    assert_words_stand_apart(figure, words)
 
 
 MANY = 40

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import re
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,6 +12,7 @@ import pytest
 import surefoot as sf
 from surefoot.conformance import *  # noqa: F403 - the tests are run here
 from surefoot.conformance import ROBOT, Case, cases, closed_loop
+from surefoot.control.fields import declared
 from surefoot.control.registry import find_method, methods
 
 LEG = ROBOT.with_leg(max_speed=3.0)
@@ -73,33 +76,55 @@ def test_a_step_once_given_up_is_not_taken_back() -> None:
     assert rollout.adapting[rest].all()
 
 
-@pytest.mark.parametrize("kind", [sf.DcmTracking, sf.HybridController, sf.TimingNlp])
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        ({"dcm_gain": 0.0}, r"`dcm_gain` above 0 \[1/s\] and finite; got 0.0"),
-        ({"dcm_gain": math.nan}, "`dcm_gain` above 0"),
-        ({"dcm_gain": math.inf}, "`dcm_gain` above 0"),
-        ({"period": math.inf}, "`period` above 0"),
-        ({"period": -0.001}, r"`period` above 0 \[s\]"),
-        ({"robot": "paper-biped"}, r"a Robot; got 'paper-biped'; load one: surefoot.load_robot"),
-    ],
-)
-def test_parameters_that_make_no_sense(kind, arguments, message: str) -> None:
-    with pytest.raises(sf.ParameterError, match=message):
-        kind(**({"robot": ROBOT, "velocity": (0.5, 0.0)} | arguments))
+CLASSES = sorted({one.make for one in methods()}, key=lambda make: make.__name__)
+
+ABOVE_0 = {
+    "period", "dcm_gain", "sample", "error_weight", "input_weight", "torque_weight",
+    "TimingNlp.offset_penalty", "UnifiedController.tau_weight", "LinearMpc.zmp_weight",
+    *(f"{make}.{name}_weight" for make in ("FootPlacementMpc", "AnkleHipStepMpc")
+      for name in ("zmp", "step")),
+}  # fmt: skip
+"""Settings of all classes, or of one, that may not be 0; the others may."""
+
+ENDLESS = {"threshold", "UnifiedController.horizon"}
+"""Settings that may be infinite."""
+
+LEFT_TO_THE_CLASS = {
+    "robot", "velocity", "step_duration", "project_zmp", "ankle", "knows_leg", "state_weight",
+    "preview", "samples", "max_iterations", "TimingNlp.horizon", "LinearMpc.solve_period",
+    "FootPlacementMpc.solve_period", "AnkleHipStepMpc.solve_period",
+}  # fmt: skip
+"""Settings whose range is no matter of a smallest number; tests of the methods ask for them."""
 
 
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        ({"threshold": -0.01}, r"`threshold` of at least 0 \[m\]"),
-        ({"step_weight": 1.0}, r"`step_weight` as a pair \(x, y\)"),
-        ({"offset_weight": (1000.0, -1.0)}, "`offset_weight` of at least 0"),
-        ({"tau_weight": "1"}, "`tau_weight` of at least 0"),
-        ({"offset_penalty": math.nan}, "`offset_penalty` of at least 0"),
-    ],
-)
-def test_parameters_of_the_hybrid_that_make_no_sense(arguments, message: str) -> None:
-    with pytest.raises(sf.ParameterError, match=message):
-        sf.HybridController(ROBOT, (0.5, 0.0), **arguments)
+@pytest.mark.parametrize("make", CLASSES, ids=lambda make: make.__name__)
+def test_every_setting_refuses_what_makes_no_sense(make) -> None:
+    def among(name: str, names: set[str]) -> bool:
+        return bool({name, f"{make.__name__}.{name}"} & names)
+
+    for name, known in declared(make).items():
+        if among(name, LEFT_TO_THE_CLASS):
+            assert known.least is None, name
+            continue
+        above, endless = among(name, ABOVE_0), among(name, ENDLESS)
+        bound = f"`{name}` {'above' if above else 'of at least'} 0 [{known.unit}]"
+        bound += "" if endless else " and finite"
+        wrong: list[Any] = [-0.001, math.nan, -math.inf, "1"]
+        wrong += ([0.0] if above else []) + ([] if endless else [math.inf])
+        tried: list[tuple[Any, str]] = [(value, f"{bound}; got {value!r}") for value in wrong]
+        if isinstance(make.__dataclass_fields__[name].default, tuple):
+            tried = [(pair, told) for value, told in tried for pair in ((value, 1.0), (1.0, value))]
+            pair = f"`{name}` as a pair (x, y) [{known.unit}]; got"
+            tried += [(value, f"{pair} {value!r}") for value in (1.0, (1.0,))]
+        for value, told in tried:
+            with pytest.raises(sf.ParameterError, match=re.escape(told)):
+                make(ROBOT, (0.5, 0.0), **{name: value})
+
+
+@pytest.mark.parametrize("make", CLASSES, ids=lambda make: make.__name__)
+def test_a_robot_is_no_name_of_one(make) -> None:
+    with pytest.raises(
+        sf.ParameterError,
+        match=r"a Robot; got 'paper-biped'; load one: surefoot.load_robot",
+    ):
+        make("paper-biped", (0.5, 0.0))

@@ -265,8 +265,11 @@ def test_a_walk_of_a_point_mass_loads_nothing_of_bodies_and_decides_once() -> No
     assert decided == 201
     own = {name.removeprefix("surefoot.") for name in loaded if name.startswith("surefoot.")}
     assert not [name for name in own if name.startswith("worlds.body")]
-    of_bodies = {"trace", "fall", "fall_signs", "measures", "mcap_log", "ros_messages"}
-    assert not own & {f"rollout.{name}" for name in of_bodies}
-    assert not own & {"robot.multibody", "robot.legs", "robot.bumps"}
+    rollouts = ("trace", "fall", "fall_signs", "measures", "mcap_log", "ros_messages")
+    of_bodies = {f"rollout.{name}" for name in rollouts}
+    of_bodies |= {f"robot.{name}" for name in ("multibody", "legs", "floor")}
+    # A module that is renamed is renamed here too.
+    assert of_bodies <= {".".join(path.relative_to(SOURCE).with_suffix("").parts) for path in FILES}
+    assert not own & of_bodies
     assert not {name.split(".")[0] for name in loaded} & (OPTIONAL - {"click", "rich"})
     assert len(own) < 100

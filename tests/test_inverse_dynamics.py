@@ -17,11 +17,6 @@ from surefoot.worlds.body.mechanics import Mechanics
 SEEDS = range(12)
 
 
-@pytest.fixture(scope="module")
-def multibody(robot: sf.Robot) -> Multibody:
-    return sf.load_multibody(robot)
-
-
 def random_state(
     multibody: Multibody, seed: int
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

@@ -60,11 +60,6 @@ def _refer(rollout: sf.Rollout, cycle: int, reference: NDArray[np.void]) -> None
     ref["trunk"][2] = 0.5 * (seen["support_yaw"] + seen["swing_yaw"])
 
 
-@pytest.fixture(scope="module")
-def multibody(robot: sf.Robot) -> Multibody:
-    return sf.load_multibody(robot)
-
-
 def test_playback_is_where_the_walk_is(multibody: Multibody) -> None:
     controller = sf.HybridController(sf.walking_robot(multibody), (0.3, 0.0))
     rollout = sf.simulate(controller, 2.0)

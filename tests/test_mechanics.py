@@ -6,14 +6,8 @@ import mujoco
 import numpy as np
 import pytest
 
-import surefoot as sf
 from surefoot.robot.multibody import Multibody
 from surefoot.worlds.body.mechanics import Mechanics
-
-
-@pytest.fixture(scope="module")
-def multibody() -> Multibody:
-    return sf.load_multibody(sf.load_robot("paper-biped"))
 
 
 def test_jacobians_and_their_rates_are_those_of_mujoco(multibody: Multibody) -> None:

@@ -218,8 +218,6 @@ def test_push_limits(controller, direction, reference: float) -> None:
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ({"error_weight": 0.0}, "`error_weight` above 0"),
-        ({"input_weight": -1.0}, "`input_weight` above 0"),
         ({"state_weight": (0.0, -1.0, 0.0)}, "`state_weight` of at least 0"),
         ({"state_weight": (0.0, 1.0)}, r"`state_weight` as \(position, velocity, acceleration\)"),
         ({"preview": 0.0}, "`preview` of at least 0.001"),

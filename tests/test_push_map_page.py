@@ -16,11 +16,11 @@ from typing import Any
 import numpy as np
 import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 from playwright.sync_api import Browser, Page, expect, sync_playwright
 from rich.console import Console
 
 import surefoot as sf
+from figure_artists import one
 from surefoot.errors import FileError, ParameterError
 from surefoot.studies.engine.study import Measured
 from surefoot.studies.push_map.map_numbers import MapNumbers, finding, protocol, summary
@@ -275,11 +275,6 @@ def test_a_telephone_shows_it_all(path: Path, page: Page) -> None:
         assert page.get_by_role("slider", name=words, exact=True).count() == 1
 
 
-def drawn(figure: Figure, name: str) -> Any:
-    (found,) = figure.findobj(lambda artist: artist.get_gid() == name)
-    return found
-
-
 def test_heat_maps_show_the_numbers(numbers: MapNumbers) -> None:
     figure = heat_figure(numbers)
     for key, values in (
@@ -287,8 +282,8 @@ def test_heat_maps_show_the_numbers(numbers: MapNumbers) -> None:
         ("steps", numbers.at(numbers.recovery_steps, numbers.everywhere)),
         ("margin", 100.0 * numbers.at(numbers.margin, numbers.everywhere)),
     ):  # fmt: skip
-        assert np.allclose(drawn(figure, f"heat-{key}").get_array(), values)
-        assert drawn(figure, f"holes-{key}").get_xydata().tolist() == [[90.0, 0.5]]
+        assert np.allclose(one(figure, f"heat-{key}").get_array(), values)
+        assert one(figure, f"holes-{key}").get_xydata().tolist() == [[90.0, 0.5]]
     assert "[N s]" in figure.axes[0].get_title(loc="left")
 
 
@@ -296,7 +291,7 @@ def test_polar_maps_show_the_limit_around(numbers: MapNumbers) -> None:
     figure = polar_figure(numbers)
     for row, phase in enumerate(numbers.phases):
         for name, values in (("limit", numbers.limit), ("survived", numbers.survived)):
-            line = drawn(figure, f"{name}-{phase:g}")
+            line = one(figure, f"{name}-{phase:g}")
             assert np.allclose(line.get_ydata()[:-1], values[row])
             assert np.allclose(line.get_xdata()[:-1], np.radians(numbers.angles))
 

@@ -245,3 +245,20 @@ def test_a_body_is_not_scaled() -> None:
         sf.load_robot("paper-biped").scaled(length=2.0)
     with pytest.raises(sf.RobotError, match="`length` of the scale to be positive"):
         ROBOT.scaled(length=0.0)
+
+
+@pytest.mark.parametrize("make", [sf.HybridController, sf.StepTiming, sf.TimingNlp])
+def test_what_is_left_out_follows_the_gait_and_what_is_given_stays(make) -> None:
+    made = make(ROBOT, (0.5, 0.0))
+    slow = made.with_velocity((0.2, 0.1))
+    assert slow == make(ROBOT, (0.2, 0.1))
+    assert slow.tau_weight != made.tau_weight
+    given = make(ROBOT, (0.5, 0.0), tau_weight=3.0)
+    assert given.with_velocity((0.2, 0.1)).tau_weight == 3.0
+
+
+def test_the_defaults_are_those_of_the_papers_biped() -> None:
+    hybrid = sf.HybridController(sf.load_robot("paper-biped"), (0.5, 0.0))
+    assert hybrid.dcm_gain == pytest.approx(3.0, rel=1e-3)
+    assert hybrid.threshold == pytest.approx(0.025, rel=0.01)
+    assert hybrid.tau_weight == pytest.approx(1.0, rel=0.01)

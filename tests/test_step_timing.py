@@ -124,18 +124,3 @@ def test_the_weights_are_those_that_were_given() -> None:
     problem = sf.StepTiming(ROBOT, (0.5, 0.0), **weights).step_problem(sf.Side.LEFT)
     for name, weight in weights.items():
         assert getattr(problem, name) == pytest.approx(weight), name
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        ({"step_weight": 1.0}, r"`step_weight` as a pair \(x, y\)"),
-        ({"tau_weight": -1.0}, "`tau_weight` of at least 0"),
-        ({"offset_weight": (1000.0, math.nan)}, "`offset_weight` of at least 0"),
-        ({"offset_penalty": math.inf}, "`offset_penalty` of at least 0"),
-        ({"period": 0.0}, "`period` above 0"),
-    ],
-)
-def test_parameters_that_make_no_sense(arguments, message: str) -> None:
-    with pytest.raises(sf.ParameterError, match=message):
-        sf.StepTiming(ROBOT, (0.5, 0.0), **arguments)

@@ -4,11 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import os
-import signal
-import subprocess
-import sys
-import time
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +13,7 @@ import pytest
 from click.testing import CliRunner
 
 import surefoot as sf
+from killed_studies import kill_when_kept
 from surefoot.cli import main
 from surefoot.studies.engine.study import run
 from surefoot.studies.engine.workers import Cluster
@@ -334,20 +330,10 @@ run(load_study(sys.argv[1]), Path(sys.argv[2]), workers=1)
 def test_a_killed_study_goes_on_and_repeats_nothing(walked, tmp_path, monkeypatch) -> None:
     """kill -9 in the middle, three times."""
     _, whole = walked
-    study, script, folder = tmp_path / "study.toml", tmp_path / "killed.py", tmp_path / "table"
+    study, folder, before = tmp_path / "study.toml", tmp_path / "table", 0
     study.write_text(WALKS)
-    script.write_text(KILLED)
-    before = 0
     for _ in range(3):
-        run = subprocess.Popen([sys.executable, str(script), str(study), str(folder)])
-        deadline = time.monotonic() + 120.0
-        while time.monotonic() < deadline and run.poll() is None:
-            if len(list((folder / "shards").glob("*.parquet"))) > before:
-                break
-            time.sleep(0.02)
-        os.kill(run.pid, signal.SIGKILL)
-        run.wait()
-        before = len(list((folder / "shards").glob("*.parquet")))
+        before = kill_when_kept(KILLED, study, folder, count=before + 1)
     assert 3 <= before < len(whole)
     honest, again = question.measure_cells, []
 

@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 import math
-import re
 from dataclasses import fields
-from itertools import combinations
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from matplotlib import rc_context, style
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
+from figure_artists import assert_words_stand_apart, drawn, line
 from surefoot.control.registry import methods
 from surefoot.errors import FileError, ParameterError
 from surefoot.robot.gait import GaitLimits, Swing
@@ -79,15 +77,6 @@ def made(rows: list[dict[str, Any]], *varied: str, name: str | None = None, **mo
         figure = sweep_figure(table(rows, *varied, **more), name)
         figure.draw_without_rendering()
     return figure
-
-
-def drawn(figure: Figure, pattern: str) -> list[Any]:
-    return figure.findobj(lambda artist: re.fullmatch(pattern, artist.get_gid() or "") is not None)
-
-
-def line(figure: Figure, name: str) -> np.ndarray:
-    (artist,) = drawn(figure, re.escape(name))
-    return artist.get_xydata()
 
 
 def test_one_parameter_is_a_line_over_its_values() -> None:
@@ -277,22 +266,14 @@ def test_words_stay_inside_and_apart(kind: str) -> None:
         more = {"sampling": "monte-carlo"}
     with style.context(["default", palette.STYLE]):
         figure = sweep_figure(table(rows, *varied, **more))
-        renderer = FigureCanvasAgg(figure).get_renderer()
-        figure.draw(renderer)
+        figure.draw_without_rendering()
     words = [*figure.texts, *(t for legend in figure.legends for t in legend.get_texts())]
     for ax in figure.axes:
         words += [ax.xaxis.label, ax.yaxis.label, ax._right_title, *ax.texts]  # type: ignore[attr-defined]
         words += [*ax.get_xticklabels(), *ax.get_yticklabels()]
         legend = ax.get_legend()
         words += legend.get_texts() if legend else []
-    boxes = [(w.get_text(), w.get_window_extent(renderer)) for w in words if w.get_text()]
-    boxes = [(text, box) for text, box in boxes if box.width > 0.0]
-    width, height = figure.get_size_inches() * figure.dpi
-    for text, box in boxes:
-        inside = box.x0 >= 0 and box.y0 >= 0 and box.x1 <= width and box.y1 <= height
-        assert inside, text
-    for (one, first), (two, second) in combinations(boxes, 2):
-        assert not first.padded(-1.0).overlaps(second), (one, two)
+    assert_words_stand_apart(figure, words)
 
 
 @pytest.mark.parametrize("ending", [".png", ".pdf", ".svg"])

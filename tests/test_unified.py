@@ -230,24 +230,6 @@ def test_what_noise_and_delay_leave_of_the_limit(slow_leg: sf.Robot, disturbance
 
 
 @pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        ({"horizon": -1.0}, r"`horizon` of at least 0 \[s\]"),
-        ({"reserve": math.nan}, r"`reserve` of at least 0 \[m\]"),
-        ({"comfort": -0.1}, r"`comfort` of at least 0 \[m\]"),
-        ({"commitment": math.inf}, r"`commitment` of at least 0 \[s\] and finite"),
-        ({"tau_weight": 0.0}, r"`tau_weight` above 0 \[-\]"),
-        ({"step_weight": (1.0,)}, r"`step_weight` as a pair"),
-        ({"offset_weight": (1.0, -1.0)}, "`offset_weight` of at least 0"),
-        ({"dcm_gain": 0.0}, "`dcm_gain` above 0"),
-    ],
-)
-def test_parameters_that_make_no_sense(arguments, message: str) -> None:
-    with pytest.raises(sf.ParameterError, match=message):
-        sf.UnifiedController(ROBOT, (0.5, 0.0), **arguments)
-
-
-@pytest.mark.parametrize(
     ("speed", "acceleration", "velocity"),
     [(0.9, math.inf, 0.5), (1.3, math.inf, 0.8), (3.0, 2.0, 0.5), (1.3, math.inf, 1.5)],
 )

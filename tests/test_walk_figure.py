@@ -4,19 +4,16 @@ import math
 import re
 from collections import Counter
 from collections.abc import Callable
-from itertools import combinations
 from pathlib import Path
 
 import numpy as np
 import pytest
 from matplotlib import rc_context, rcParams, style
 from matplotlib.artist import Artist
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_hex
-from matplotlib.figure import Figure
 from matplotlib.patches import FancyArrowPatch, Rectangle
-from matplotlib.text import Text
 
+import figure_artists
 import surefoot as sf
 from surefoot.cli.live import make_walk
 from surefoot.live.run import Choice
@@ -80,16 +77,14 @@ class Drawn:
             self.figure.draw_without_rendering()
 
     def all(self, pattern: str) -> list[Artist]:
-        return self.figure.findobj(
-            lambda artist: re.fullmatch(pattern, artist.get_gid() or "") is not None
-        )
+        return figure_artists.drawn(self.figure, pattern)
 
-    def one(self, name: str) -> Artist:
-        (artist,) = self.all(name)
+    def one(self, pattern: str) -> Artist:
+        (artist,) = self.all(pattern)
         return artist
 
-    def line(self, name: str) -> np.ndarray:
-        return self.one(name).get_xydata()
+    def line(self, pattern: str) -> np.ndarray:
+        return self.one(pattern).get_xydata()
 
     def texts(self, pattern: str) -> list[str]:
         return [artist.get_text() for artist in self.all(pattern)]
@@ -423,11 +418,6 @@ def test_the_legend_names_only_what_is_there(drawn: Get) -> None:
     assert "nominal landing" not in drawn("no finished step").legend()
 
 
-def extents(figure: Figure, texts: list[Text]) -> list[tuple[str, object]]:
-    renderer = FigureCanvasAgg(figure).get_renderer()
-    return [(text.get_text(), text.get_window_extent(renderer)) for text in texts]
-
-
 @pytest.mark.parametrize("name", sorted(WALKS))
 def test_words_stay_on_the_page_and_do_not_overlap(drawn: Get, name: str) -> None:
     walk = drawn(name)
@@ -436,13 +426,7 @@ def test_words_stay_on_the_page_and_do_not_overlap(drawn: Get, name: str) -> Non
     words += [ax.xaxis.label for ax in walk.figure.axes] + [
         ax.yaxis.label for ax in walk.figure.axes
     ]
-    boxes = extents(walk.figure, [text for text in words if text.get_text()])
-    width, height = walk.figure.get_size_inches() * walk.figure.dpi
-    for text, extent in boxes:
-        inside = extent.x0 >= 0 and extent.y0 >= 0 and extent.x1 <= width and extent.y1 <= height
-        assert inside, text
-    for (one, first), (two, second) in combinations(boxes, 2):
-        assert not first.padded(-1.0).overlaps(second), (one, two)
+    figure_artists.assert_words_stand_apart(walk.figure, words)
 
 
 @pytest.mark.parametrize("name", sorted(WALKS))

@@ -308,27 +308,9 @@ def test_the_bounds_grow_with_the_robot(length: float) -> None:
 @pytest.mark.parametrize("key", COMPILED)
 @pytest.mark.parametrize("length", [0.1, 10.0])
 def test_small_and_large_robots_far_away_are_believed(key: str, length: float) -> None:
-    gait, time = ROBOT.gait, math.sqrt(length)
-    limits = type(gait)(
-        **{
-            name: tuple(by * value for value in getattr(gait, name))
-            for name, by in (
-                ("step_duration", time), ("step_x", length), ("step_y", length),
-                ("dcm_offset", length),
-            )
-        }
-    )  # fmt: skip
-    robot = ROBOT.replace(
-        com_height=length * ROBOT.com_height, hip=length * ROBOT.hip, gait=limits,
-        foot=type(ROBOT.foot)(length=length * ROBOT.foot.length, width=length * ROBOT.foot.width),
-        swing=sf.Swing(height=0.05 * length),
-    )  # fmt: skip
-    extra = (
-        {} if key != "preview-control" else {"preview": 1.6 * time, "input_weight": 1e-6 * time**6}
-    )
-    controller = find_method(key).controller(
-        robot, (0.3 * length / time, 0.0), period=0.001 * time, **extra
-    )
+    time = math.sqrt(length)
+    robot = ROBOT.replace(body=None, swing=sf.Swing()).scaled(length=length)
+    controller = find_method(key).controller(robot, (0.3 * time, 0.0), period=0.001 * time)
     loop = Loop(controller)
     loop.observation = elsewhere(loop.observation, 1e5 * length, -3e5 * length)
     loop.world = loop.simulator.start(loop.observation)
