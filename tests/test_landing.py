@@ -7,15 +7,31 @@ import math
 import numpy as np
 import pytest
 from msgspec import structs
+from numpy.typing import NDArray
 
 import landing_reference as reference
 import surefoot as sf
-from surefoot.control.unified.solver import TAU_EVALUATIONS, solve_landing
+from surefoot.compiled import entry_point, njit
+from surefoot.control.unified.problem import DECISION, LANDING, SITUATION, Decision
+from surefoot.control.unified.solver import TAU_EVALUATIONS, decide_landing
+from surefoot.record import new_array
 
 ROBOT = sf.load_robot("paper-biped")
 LEGS = (2.0, 3.0, 6.0, math.inf)
 STATES = 12_000
 AGREEMENT, ROUNDING = 1e-7, 1e-14
+
+
+@njit
+def _solve(landing, situation, decision):
+    decide_landing(landing[0], situation[0], situation[0].tau_ref, decision[0])
+
+
+def solve_landing(landing: NDArray[np.void], situation: NDArray[np.void]) -> Decision:
+    """The decision for one situation; ZMP and margin are not its part."""
+    decision = new_array(DECISION)
+    entry_point(_solve, LANDING, SITUATION, DECISION)(landing, situation, decision)
+    return Decision.of(decision)
 
 
 def with_leg(speed: float) -> sf.Robot:

@@ -83,6 +83,29 @@ def given(name: str) -> bool:
     return source is not click.core.ParameterSource.DEFAULT
 
 
+def refuse_of_other_world(
+    simulator: str, of_point_mass: dict[str, str], of_body: dict[str, str]
+) -> None:
+    """Refuse options that make no sense with a simulator.
+
+    Args:
+        simulator: "lipm" or "mujoco".
+        of_point_mass: options that a body has no use for, by their name in Python.
+        of_body: likewise, those of a body.
+
+    Raises:
+        ParameterError: one is given; it is named.
+    """
+    wrong, other = (of_body, "mujoco") if simulator == "lipm" else (of_point_mass, "lipm")
+    for name, option in wrong.items():
+        if given(name):
+            raise ParameterError(
+                f"{option} with --simulator {other}",
+                f"--simulator {simulator}",
+                f"leave {option} out, or choose the other simulator",
+            )
+
+
 def read_settings(path: Path | None, controller: str) -> tuple[str, dict[str, Any]]:
     """Controller and parameters of a command: from a file if there is one.
 

@@ -10,11 +10,12 @@ from typing import TYPE_CHECKING, Any, NoReturn
 import click
 
 from surefoot.cli.walk_body import (
+    OF_BODY,
+    OF_POINT_MASS,
     BodyWalk,
     World,
     check_body_walk,
     film_body,
-    refuse_others,
     walk_body,
 )
 from surefoot.errors import ParameterError
@@ -26,6 +27,7 @@ from surefoot.options import (
     json_option,
     print_json,
     read_settings,
+    refuse_of_other_world,
     robot_option,
     settings_option,
 )
@@ -233,7 +235,7 @@ def walk(
 
     forces = [parse_push(text) for text in pushes]
     velocities = [(time, (x, y)) for x, y, time in map(parse_change, changes)]
-    refuse_others(simulator)
+    refuse_of_other_world(simulator, OF_POINT_MASS, OF_BODY)
     key, parameters = read_settings(settings, controller)
     decided = None
     if simulator == "mujoco":

@@ -103,22 +103,6 @@ class BodyWalk:
     world: World
 
 
-def refuse_others(simulator: str) -> None:
-    """Refuse options that make no sense with a simulator.
-
-    Raises:
-        ParameterError: there is one; it is named.
-    """
-    wrong, other = (OF_BODY, "mujoco") if simulator == "lipm" else (OF_POINT_MASS, "lipm")
-    for name, option in wrong.items():
-        if given(name):
-            raise ParameterError(
-                f"{option} with --simulator {other}",
-                f"--simulator {simulator}",
-                f"leave {option} out, or choose the other simulator",
-            )
-
-
 def check_body_walk(walk: BodyWalk) -> None:
     """Refuse at once what cannot be walked, not after a minute of compiling.
 

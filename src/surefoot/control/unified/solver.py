@@ -13,18 +13,12 @@ times comes first, and the decision costs no more than that.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from functools import cache
 
-import numpy as np
-from numpy.typing import NDArray
-
-from surefoot.compiled import entry_point, njit
+from surefoot.compiled import njit
 from surefoot.control.unified.anticipation import SAME, corner_time, reach
 from surefoot.control.unified.landing_place import best_place, excess_at, reserved, soft_error
-from surefoot.control.unified.problem import DECISION, LANDING, SITUATION, Decision, Limit
+from surefoot.control.unified.problem import Limit
 from surefoot.dcm.leg import furthest
-from surefoot.record import new_array
 
 TAU_EVALUATIONS = 60
 """At most; a dozen is usual."""
@@ -293,25 +287,3 @@ def flag_limits(landing, situation, decision):
             if value > landing.tolerance:
                 active |= _LOST
     decision.active = active
-
-
-@njit
-def _solve(landing, situation, decision):
-    decide_landing(landing[0], situation[0], situation[0].tau_ref, decision[0])
-
-
-@cache
-def _compiled() -> Callable[..., None]:
-    return entry_point(_solve, LANDING, SITUATION, DECISION)
-
-
-def solve_landing(landing: NDArray[np.void], situation: NDArray[np.void]) -> Decision:
-    """The decision for one situation: step, tau, active limits; ZMP and margin are not its part.
-
-    Args:
-        landing: a `LANDING` record, shape (1,); see `landing_parameters`.
-        situation: a `SITUATION` record, shape (1,).
-    """
-    decision = new_array(DECISION)
-    _compiled()(landing, situation, decision)
-    return Decision.of(decision)

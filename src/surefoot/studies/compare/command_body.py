@@ -7,7 +7,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from surefoot.errors import ParameterError
-from surefoot.options import check_plotting, compiling_notice, given, progress_bar
+from surefoot.options import (
+    check_plotting,
+    compiling_notice,
+    given,
+    progress_bar,
+    refuse_of_other_world,
+)
 from surefoot.studies.engine.command import end, run_shown, stopped_by_ctrl_c
 
 if TYPE_CHECKING:
@@ -46,14 +52,7 @@ def refuse_others(simulator: str, robots: tuple[str, ...], disturbances: tuple[s
     Raises:
         ParameterError: there is one; it is named.
     """
-    wrong, other = (OF_BODY, "mujoco") if simulator == "lipm" else (OF_POINT_MASS, "lipm")
-    for name, option in wrong.items():
-        if given(name):
-            raise ParameterError(
-                f"{option} with --simulator {other}",
-                f"--simulator {simulator}",
-                f"leave {option} out, or choose the other simulator",
-            )
+    refuse_of_other_world(simulator, OF_POINT_MASS, OF_BODY)
     if simulator == "lipm" and len(robots) > 1:
         raise ParameterError(
             "one --robot with --simulator lipm",
