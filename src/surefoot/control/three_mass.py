@@ -54,6 +54,7 @@ THREE_MASS = np.dtype(
         ("omega", "f8"),
         ("foot_gain", "f8"),
         ("step_weight", "f8"),
+        ("end_weight", "f8"),
         ("offset", "f8", (2, 2)),
         ("step", "f8", (2, 2)),
     ]
@@ -149,7 +150,7 @@ def optimise(parameters, observation, plan, previous, new_step, command):
             behind = swing - furthest(-velocity, left, speed, hardest) - nominal
             low, high = min(max(low, behind), ahead), max(min(high, ahead), behind)
         u, s = _least(
-            growth - 1.0, 2.0, parameters.step_weight, free, 1.0 - growth, by_landing - 1.0,
+            growth - 1.0, parameters.end_weight, parameters.step_weight, free, 1.0 - growth, by_landing - 1.0,
             low, high, half[i],
         )
         command.zmp[i] = u
@@ -201,6 +202,7 @@ class ThreeMassCapture(
     """x"""
 
     step_weight: float = setting(1e-2, "-", "on steps", above=0.0)
+    end_weight: float = setting(2.0, "-", "on end", above=0.0)
 
     def make_parameters(self) -> NDArray[np.void]:
         parameters = new_array(THREE_MASS)
@@ -210,6 +212,7 @@ class ThreeMassCapture(
         omega = math.sqrt(self.robot.gravity / pendulum.height)
         record["omega"], record["foot_gain"] = omega, pendulum.foot_gain
         record["step_weight"] = self.step_weight
+        record["end_weight"] = self.end_weight
         time = self.gait.step_duration
         growth = math.exp(omega * time)
         flight = pendulum.foot_gain * flight_share.py_func(omega, time, 1.0, 0.0, 0.0)
