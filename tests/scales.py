@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, replace
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 import surefoot as sf
+from surefoot.dcm.push_limit import PushCase
+
+Case = TypeVar("Case", bound=PushCase)
 
 
 @dataclass(frozen=True)
@@ -52,6 +55,19 @@ class Scale:
     def velocity(self, velocity: tuple[float, float]) -> tuple[float, float]:
         """A velocity, or a pair of anything that goes with the time."""
         return self.time * velocity[0], self.time * velocity[1]
+
+    def case(self, case: Case) -> Case:
+        """The same robot, gait and push."""
+        reach, fixed = case.zmp_reach, case.step_duration
+        return replace(
+            case,
+            robot=self.robot(case.robot),
+            velocity=self.velocity(case.velocity),
+            elapsed=self.time * case.elapsed,
+            duration=self.time * case.duration,
+            zmp_reach=(self.length * reach[0], self.length * reach[1]),
+            step_duration=None if fixed is None else self.time * fixed,
+        )
 
     def push(self, push: sf.Push) -> sf.Push:
         """Forces go with the mass alone."""

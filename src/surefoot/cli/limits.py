@@ -61,11 +61,16 @@ def limits(
         times = push_phases(body, velocity, phases)
         pushes = push_limits_summary(bodies, times, velocity, durations)
     if check:
-        from surefoot.dcm.limit_grid import largest_causal_disagreement, largest_disagreement
+        from surefoot.dcm.limit_grid import (
+            axis_pushes,
+            largest_causal_disagreement,
+            largest_disagreement,
+        )
 
+        again = axis_pushes(bodies, times, velocity, durations[0])
         known, causal = (
-            disagreement(bodies, times, velocity=velocity, duration=durations[0]).as_numbers()
-            for disagreement in (largest_disagreement, largest_causal_disagreement)
+            largest(again).as_numbers()
+            for largest in (largest_disagreement, largest_causal_disagreement)
         )
         pushes["check"] = {**known, "causal": causal}
     numbers = {**limits_summary(body), "push_limit": pushes}
