@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import itertools
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -104,15 +103,15 @@ def test_the_tables_satisfy_their_equation(
         after = np.interp(landings, nodes, tables.values[axis, k if axis == 0 else 1 - k])
         for node in (0, 30, 61, 100):
             foot = -nodes[node] if axis == 0 else nodes[node]
-            worth = np.exp(-slow.omega * times) * (sign * landings + after)
-            worth[np.abs(landings - foot) > ways + 1e-9] = -np.inf
-            assert tables.values[axis, k, node] == pytest.approx(worth.max(), abs=6e-4)
-            assert tables.values[axis, k, node] >= worth.max() - 1e-9
+            value = np.exp(-slow.omega * times) * (sign * landings + after)
+            value[np.abs(landings - foot) > ways + 1e-9] = -np.inf
+            assert tables.values[axis, k, node] == pytest.approx(value.max(), abs=6e-4)
+            assert tables.values[axis, k, node] >= value.max() - 1e-9
 
 
 @pytest.mark.parametrize(("axis", "sign"), [(0, 1), (0, -1), (1, 1), (1, -1)])
 def test_the_limit_in_a_step_satisfies_its_equation(robot: sf.Robot, axis: int, sign: int) -> None:
-    """Wait a little: the foot moves on at most V h, and what is worth Z then is e^(-omega h) Z."""
+    """Wait a little: the foot moves on at most V h, and a value Z then is e^(-omega h) Z now."""
     tables, wait = viable_displacement(robot.with_leg(max_speed=3.0)), 0.01
     for foot, elapsed in itertools.product((-0.2, 0.0, 0.15, 0.3), (0.0, 0.05, 0.19, 0.25, 0.5)):
         if axis == 1 and foot < tables.low[1]:
@@ -147,11 +146,11 @@ def test_the_limit_in_a_step_is_the_best_of_all_landings(robot, velocity, accele
             behind = foot - furthest(-velocity, time, 3.0, acceleration)
             if behind > nodes[-1] or ahead < low:
                 continue
-            # A concave worth has its maximum at a node inside or at an end of the reach.
+            # A concave value has its maximum at a node inside or at an end of the reach.
             inside = nodes[(nodes >= behind) & (nodes <= ahead)]
             landings = np.append(inside, np.clip((behind, ahead), low, nodes[-1]))
-            worth = sign * landings + np.interp(landings, nodes, after)
-            best = max(best, math.exp(-leg.omega * time) * worth.max())
+            value = sign * landings + np.interp(landings, nodes, after)
+            best = max(best, math.exp(-leg.omega * time) * value.max())
         found = tables.in_step(axis, sign, foot, elapsed, velocity)
         assert found == pytest.approx(best, abs=1e-3)
         assert found >= best - 1e-12
@@ -190,12 +189,12 @@ def test_a_grid_agrees_where_waiting_is_best(robot: sf.Robot) -> None:
     narrow = robot.replace(gait=limits).with_leg(max_speed=3.0)
     assert viable_displacement(narrow).after_step(1, -1, 0.2) < 0.0
     found = largest_disagreement(axis_pushes([narrow], (0.05, 0.2), (0.3, 0.01), 0.1))
-    assert found.fraction < 0.01
+    assert found["fraction"] < 0.01
     # Across it has to wait, which the axis of the push would rather not.
     both = {"velocity": (0.3, 0.01), "elapsed": 0.05, "duration": 0.1}
-    apart = sf.push_limit(narrow, WAYS["back"], together=False, **both).impulse
+    alone = sf.push_limit(narrow, WAYS["back"], together=False, **both).impulse
     assert sf.push_limit(narrow, WAYS["back"], **both).impulse == pytest.approx(
-        0.848 * apart, rel=0.01
+        0.848 * alone, rel=0.01
     )
 
 
@@ -225,7 +224,7 @@ def test_a_gait_that_the_leg_cannot_swing_has_no_limit() -> None:
 
 
 @pytest.mark.parametrize("way", WAYS)
-def test_nobody_passes_the_limit(robot_70kg: sf.Robot, way: str) -> None:
+def test_no_controller_passes_the_limit(robot_70kg: sf.Robot, way: str) -> None:
     controller = sf.HybridController(
         robot_70kg, (0.5, 0.0), threshold=0.0, offset_weight=(1000.0, 1000.0)
     )
@@ -309,17 +308,16 @@ def test_the_fastest_gait_has_nothing_left_for_a_push(robot: sf.Robot) -> None:
     assert slower.impulse > 10.0
 
 
-def test_the_disagreement_is_told_with_its_case(robot: sf.Robot) -> None:
+def test_the_disagreement_names_its_case(robot: sf.Robot) -> None:
     found = largest_disagreement(axis_pushes([robot], (0.1,)))
-    limit = sf.push_limit(
-        robot, WAYS[found.direction], zmp_reach=robot.foot.half if found.finite_foot else (0.0, 0.0)
-    )
-    assert found.impulse == limit.impulse
-    larger = max(found.impulse, found.grid_impulse)
-    assert found.fraction == pytest.approx(abs(found.impulse - found.grid_impulse) / larger)
-    assert found.as_numbers()["leg_speed"] is None
-    assert replace(found, leg_speed=3.0).as_numbers()["leg_speed"] == 3.0
-    assert found.as_numbers()["leg_acceleration"] is None
+    reach = robot.foot.half if found["finite_foot"] else (0.0, 0.0)
+    limit = sf.push_limit(robot, WAYS[found["direction"]], zmp_reach=reach).impulse
+    assert found["impulse"] == limit
+    difference, larger = abs(limit - found["grid_impulse"]), max(limit, found["grid_impulse"])
+    assert found["fraction"] == pytest.approx(difference / larger)
+    assert found["leg_speed"] is found["leg_acceleration"] is None
+    slow = largest_disagreement(axis_pushes([robot.with_leg(max_speed=3.0)], (0.1,)))
+    assert slow["leg_speed"] == 3.0
 
 
 @pytest.mark.parametrize(
@@ -334,12 +332,12 @@ def test_the_disagreement_is_told_with_its_case(robot: sf.Robot) -> None:
         ({"step_duration": 5.0}, "a step duration in"),
     ],
 )
-def test_what_is_wrong_is_told(robot: sf.Robot, options: dict, words: str) -> None:
+def test_misuse_is_refused(robot: sf.Robot, options: dict, words: str) -> None:
     with pytest.raises(sf.ParameterError, match=words):
         sf.push_limit(robot, **{"direction": (1.0, 0.0), **options})
 
 
-def test_a_leg_that_cannot_step_is_told(robot: sf.Robot) -> None:
+def test_a_leg_that_cannot_step_is_refused(robot: sf.Robot) -> None:
     lame = robot.replace(gait=structs.replace(robot.gait, step_x=(-0.1, 0.5)))
     with pytest.raises(sf.RobotError, match=r"`max_speed` of the swing of at least 0\.5"):
         sf.push_limit(lame.with_leg(max_speed=0.4), (1.0, 0.0), velocity=(0.05, 0.0))

@@ -79,21 +79,19 @@ def test_every_mistake_in_a_file_is_named(old: str, new: str, message: str) -> N
         parse_robot(GOOD.replace(old, new, 1), "test.toml")
 
 
-def test_a_name_that_is_no_preset() -> None:
-    with pytest.raises(sf.RobotError, match="got 'atlas'; run `surefoot robots`"):
-        sf.load_robot("atlas")
-
-
-def test_a_file_that_is_not_there(tmp_path: Path) -> None:
-    with pytest.raises(sf.RobotError, match=r"readable robot file.*none\.toml.*check the path"):
-        sf.load_robot(tmp_path / "none.toml")
-
-
-def test_a_file_that_is_not_text(tmp_path: Path) -> None:
-    path = tmp_path / "binary.toml"
-    path.write_bytes(b"\xff\xfe\x00mass")
-    with pytest.raises(sf.RobotError, match="readable robot file"):
-        sf.load_robot(path)
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        ("atlas", "got 'atlas'; run `surefoot robots`"),
+        ("none.toml", r"readable robot file.*none\.toml.*check the path"),
+        ("binary.toml", "readable robot file"),
+    ],
+)
+def test_a_file_that_cannot_be_read(tmp_path: Path, monkeypatch, name: str, message: str) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("binary.toml").write_bytes(b"\xff\xfe\x00mass")
+    with pytest.raises(sf.RobotError, match=message):
+        sf.load_robot(name)
 
 
 def test_the_lateral_box_is_mirrored_with_the_foot() -> None:

@@ -89,7 +89,7 @@ def test_a_leg_that_accelerates_is_alike(key: str, scale: Scale) -> None:
 @pytest.mark.parametrize("scale", SCALES, ids=str)
 @pytest.mark.parametrize("key", ["tracking", "hybrid", "unified"])
 def test_what_disturbs_and_what_estimates_is_alike(key: str, scale: Scale) -> None:
-    wrong = sf.Disturbance(
+    disturbance = sf.Disturbance(
         dcm_noise=0.002, velocity_noise=0.01, delay=0.003, com_offset=(0.005, -0.004),
         landing_error=0.005, touchdown_shift=-0.004, seed=5,
     )  # fmt: skip
@@ -102,7 +102,7 @@ def test_what_disturbs_and_what_estimates_is_alike(key: str, scale: Scale) -> No
             one.controller(robot, size.velocity(VELOCITY), period=period),
             3.0 * size.time,
             [size.push(PUSHES[0])],
-            disturbance=size.disturbance(wrong),
+            disturbance=size.disturbance(disturbance),
             estimator=sf.Estimator(
                 robot, period=period, **{name: size.time * value for name, value in times.items()}
             ),

@@ -118,8 +118,8 @@ def test_no_state_that_is_called_a_fall_can_be_saved(seed: int) -> None:
             for axis, sign in enumerate((sign_x, sign_y)):
                 low, width = tables.low[axis], 100 * tables.spacing[axis]
                 foot = low + rng.uniform(0.0, 1.0) * width
-                worth = tables.in_step(axis, int(sign), foot, elapsed)
-                rooms.append(worth + robot.foot.half[axis])
+                value = tables.in_step(axis, int(sign), foot, elapsed)
+                rooms.append(value + robot.foot.half[axis])
             largest = max(largest, math.hypot(*rooms))
     assert 0.0 < largest <= fall_distance(robot)
 

@@ -362,35 +362,28 @@ def causal_slack(case, schedule, force):
     return slack
 
 
-@lru_cache(maxsize=16)
 def even_steps(robot: Robot) -> NDArray[np.float64]:
-    """The tables of evenly timed steps for `PERIODS` periods, the more of them the shorter.
-
-    Returns:
-        Tables as `ViableDisplacement.values` for each period, shape (PERIODS, 2, 2, nodes) [m].
-    """
+    """`evenly_timed` for `PERIODS` periods, the more of them the shorter."""
     shortest, longest = robot.gait.step_duration
-    return _evenly_timed(
-        robot, shortest + (longest - shortest) * np.linspace(0.0, 1.0, PERIODS) ** 2
-    )
+    times = shortest + (longest - shortest) * np.linspace(0.0, 1.0, PERIODS) ** 2
+    return evenly_timed(robot, tuple(times.tolist()))
 
 
-@lru_cache(maxsize=16)
-def evenly_timed(robot: Robot, period: float) -> NDArray[np.float64]:
-    """The tables of steps that all last as long, like `ViableDisplacement.values` [m].
+@lru_cache(maxsize=32)
+def evenly_timed(robot: Robot, periods: tuple[float, ...]) -> NDArray[np.float64]:
+    """The tables of steps that all last as long.
 
     Args:
         robot: whose limits hold, but for those of the step duration.
-        period: from landing to landing [s].
+        periods: from landing to landing [s].
+
+    Returns:
+        Tables as `ViableDisplacement.values` for each period, shape (periods, 2, 2, nodes) [m].
 
     Raises:
         RobotError: the leg is too slow to step at all.
     """
-    return _evenly_timed(robot, np.array([period]))[0]
-
-
-def _evenly_timed(robot: Robot, times: NDArray[np.float64]) -> NDArray[np.float64]:
-    values = np.zeros((len(times), 2, 2, NODES))
-    _even_steps(viable_displacement(robot).array[0], times, values)
+    values = np.zeros((len(periods), 2, 2, NODES))
+    _even_steps(viable_displacement(robot).array[0], np.array(periods), values)
     values.flags.writeable = False
     return values

@@ -20,9 +20,10 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import replace
 from functools import lru_cache
-from typing import Any, Self
+from operator import itemgetter
+from typing import Any
 
 import numpy as np
 
@@ -44,42 +45,6 @@ PRECISION = 1e-3
 
 BEYOND = 1.05
 """It begins this far above that [-]."""
-
-
-@dataclass(frozen=True)
-class LimitGrid:
-    """The largest forces that can be survived for a while, for every state of one axis.
-
-    Attributes:
-        nodes: time since touchdown, velocity of the swing foot and its place relative to the
-            support foot [s, m/s, m].
-        unpushed: the largest viable offsets along the axis and against it, shape
-            (2, times, speeds, feet) [m].
-        slope: how these change with a force F / (m omega^2) that acts from now on, shape as
-            before [m/m].
-    """
-
-    nodes: tuple[Array, Array, Array]
-    unpushed: Array
-    slope: Array
-
-    def force(
-        self, sign: int, foot: float, elapsed: float, offset: float, foot_velocity: float = 0.0
-    ) -> float:
-        """The largest F / (m omega^2) of a push along `sign` that begins now [m].
-
-        Args:
-            sign: +1 along the axis, -1 against it.
-            foot: the swing foot [m].
-            elapsed: time since touchdown [s].
-            offset: of the DCM, along the push [m].
-            foot_velocity: of the swing foot, where its acceleration is limited [m/s].
-        """
-        room, slope = (
-            between_nodes(table[0 if sign > 0 else 1], self.nodes, elapsed, foot_velocity, foot)
-            for table in (self.unpushed, self.slope)
-        )
-        return (room - offset) / -slope
 
 
 def between_nodes(
@@ -106,50 +71,10 @@ def _neighbours(nodes: Array, place: float) -> list[tuple[int, float]]:
     return [(node, 1.0 - part), (node + 1, part)]
 
 
-@dataclass(frozen=True)
-class Disagreement:
-    """A case, and what both ways of computing its limit say.
-
-    Attributes:
-        fraction: |impulse - grid_impulse| / the larger one [-].
-        direction: one of `DIRECTIONS`.
-        elapsed: time from the touchdown to the push [s].
-        leg_speed, leg_acceleration: V, A, may be inf [m/s, m/s^2].
-        finite_foot: the whole sole, or a point foot.
-        impulse: of `push_limit` [N s].
-        grid_impulse: of the grid [N s].
-    """
-
-    fraction: float
-    direction: str
-    elapsed: float
-    leg_speed: float
-    leg_acceleration: float
-    finite_foot: bool
-    impulse: float
-    grid_impulse: float
-
-    @classmethod
-    def of(cls, case: PushCase, direction: str, impulse: float, grid_impulse: float) -> Self:
-        """What both ways say of a case."""
-        larger, swing = max(impulse, grid_impulse), case.robot.swing
-        return cls(
-            abs(impulse - grid_impulse) / larger if larger > 0.0 else 0.0,
-            direction, case.elapsed, swing.max_speed, swing.max_acceleration,
-            case.zmp_reach[0] > 0.0, impulse, grid_impulse,
-        )  # fmt: skip
-
-    def as_numbers(self) -> dict[str, Any]:
-        """The attributes by name; a limit that the leg has not is None."""
-        limits = {
-            name: getattr(self, name) if math.isfinite(getattr(self, name)) else None
-            for name in ("leg_speed", "leg_acceleration")
-        }
-        return {**asdict(self), **limits}
-
-
 @lru_cache(maxsize=4)
-def limit_grid(robot: Robot, axis: int, duration: float, zmp_reach: float, mesh: Mesh) -> LimitGrid:
+def force_bounds(
+    robot: Robot, axis: int, duration: float, zmp_reach: float, mesh: Mesh
+) -> tuple[tuple[Array, Array, Array], Array, Array]:
     """Value iteration for one axis: without a push until it settles, then through the push.
 
     Args:
@@ -158,6 +83,12 @@ def limit_grid(robot: Robot, axis: int, duration: float, zmp_reach: float, mesh:
         duration: of the push [s].
         zmp_reach: c, how far the ZMP moves [m].
         mesh: how finely states are divided.
+
+    Returns:
+        Nodes: time since touchdown, velocity of the swing foot and its place relative to the
+        support foot [s, m/s, m]. For these the largest viable offsets along the axis and against
+        it, shape (2, times, speeds, feet) [m], and how they change with a force F / (m omega^2)
+        that acts from now on, likewise [m/m].
     """
     check_number("duration", duration, SHORTEST_PUSH, "s")
     sweep = Sweep.of(robot, axis, duration, zmp_reach, mesh)
@@ -165,14 +96,19 @@ def limit_grid(robot: Robot, axis: int, duration: float, zmp_reach: float, mesh:
     with np.errstate(invalid="ignore"):
         # Where no landing can be reached in time every bound is -inf.
         slope = (sweep.push(unpushed, FORCE) - unpushed) / FORCE
-    return LimitGrid(sweep.nodes, unpushed, slope)
+    return sweep.nodes, unpushed, slope
 
 
 def grid_limit(case: PushCase, mesh: Mesh = USUAL) -> float:
     """The impulse of `push_limit` for a push along an axis, which counts by itself [N s]."""
     axis, sign, (offset, foot, foot_velocity) = _along_axis(case)
-    grid = limit_grid(case.robot, axis, case.duration, case.zmp_reach[axis], mesh)
-    force = grid.force(sign, foot, case.elapsed, sign * offset, foot_velocity)
+    reach = case.zmp_reach[axis]
+    nodes, unpushed, slope = force_bounds(case.robot, axis, case.duration, reach, mesh)
+    room, loss = (
+        between_nodes(table[0 if sign > 0 else 1], nodes, case.elapsed, foot_velocity, foot)
+        for table in (unpushed, slope)
+    )
+    force = (room - sign * offset) / -loss
     return max(force * case.robot.mass * case.robot.omega**2 * case.duration, 0.0)
 
 
@@ -242,20 +178,26 @@ def axis_pushes(
     ]  # fmt: skip
 
 
-def largest_disagreement(pushes: list[list[tuple[str, PushCase]]]) -> Disagreement:
-    """Compare `push_limit` with the grid; pushes as of `axis_pushes`."""
-    found = [
-        Disagreement.of(case, name, case.limit().impulse, grid_limit(case))
-        for cases in pushes
-        for name, case in cases
-    ]
-    return max(found, key=lambda disagreement: disagreement.fraction)
+def largest_disagreement(pushes: list[list[tuple[str, PushCase]]]) -> dict[str, Any]:
+    """Compare `push_limit` with the grid; pushes as of `axis_pushes`.
+
+    Returns:
+        The case in which they differ most, see `_compared`.
+    """
+    return max(
+        (
+            _compared(case, name, case.limit().impulse, grid_limit(case))
+            for cases in pushes
+            for name, case in cases
+        ),
+        key=itemgetter("fraction"),
+    )
 
 
-def largest_causal_disagreement(pushes: list[list[tuple[str, PushCase]]]) -> Disagreement:
+def largest_causal_disagreement(pushes: list[list[tuple[str, PushCase]]]) -> dict[str, Any]:
     """Compare `causal_push_limit` with the grid where not to know the end costs most.
 
-    That is one direction and phase for each robot and foot; pushes as of `axis_pushes`.
+    That is one direction and phase for each robot and foot; otherwise as `largest_disagreement`.
     """
     found = []
     for cases in pushes:
@@ -265,7 +207,31 @@ def largest_causal_disagreement(pushes: list[list[tuple[str, PushCase]]]) -> Dis
             if (known := case.limit().impulse) > 0.0
         ]
         if shares:
-            _, _, name, case = min(shares, key=lambda share: share[:3])
+            _, _, name, case = min(shares, key=itemgetter(0, 1, 2))
             impulse = case.causal_limit().impulse
-            found.append(Disagreement.of(case, name, impulse, causal_grid_limit(case)))
-    return max(found, key=lambda disagreement: disagreement.fraction)
+            found.append(_compared(case, name, impulse, causal_grid_limit(case)))
+    return max(found, key=itemgetter("fraction"))
+
+
+def _compared(
+    case: PushCase, direction: str, impulse: float, grid_impulse: float
+) -> dict[str, Any]:
+    """A case in SI, a limit that the leg has not being None, and what both ways say of it.
+
+    `fraction` is |impulse - grid_impulse| / the larger one [-].
+    """
+    larger, swing = max(impulse, grid_impulse), case.robot.swing
+    speed, acceleration = (
+        limit if math.isfinite(limit) else None
+        for limit in (swing.max_speed, swing.max_acceleration)
+    )
+    return {
+        "fraction": abs(impulse - grid_impulse) / larger if larger > 0.0 else 0.0,
+        "direction": direction,
+        "elapsed": case.elapsed,
+        "leg_speed": speed,
+        "leg_acceleration": acceleration,
+        "finite_foot": case.zmp_reach[0] > 0.0,
+        "impulse": impulse,
+        "grid_impulse": grid_impulse,
+    }

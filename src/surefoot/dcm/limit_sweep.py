@@ -76,7 +76,7 @@ class Sweep:
 
     @classmethod
     def of(cls, robot: Robot, axis: int, duration: float, reach: float, mesh: Mesh) -> Sweep:
-        """The nodes for an axis of a robot; arguments as of `limit_grid`."""
+        """The nodes for an axis of a robot; arguments as of `limit_grid.force_bounds`."""
         about, intervals, levels = mesh
         swing, (shortest, longest) = robot.swing, robot.gait.step_duration
         low, high = robot.gait.step_x
