@@ -10,7 +10,6 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 import surefoot as sf
-from random_cells import random_cell
 from surefoot.control.registry import methods
 from surefoot.dcm.pendulum import com_flow, dcm_flow
 from surefoot.robot.gait import GaitLimits
@@ -149,7 +148,27 @@ LONG = 60.0
 """Rounding grows a thousandfold in 2 s: by then it has fallen if nothing takes it back [s]."""
 
 
-RANDOM_ROBOTS = [sf.load_robot("paper-biped"), *(random_cell(seed).robot for seed in range(4))]
+def random_robot(seed: int) -> sf.Robot:
+    rng = np.random.default_rng(seed)
+    height = rng.uniform(0.25, 1.2)
+    time = math.sqrt(height / 9.81)
+    shortest, hip = rng.uniform(0.6, 1.0) * time, rng.uniform(0.15, 0.4) * height
+    return sf.Robot(
+        name=f"random-{seed}",
+        mass=rng.uniform(3.0, 120.0),
+        com_height=height,
+        hip=hip,
+        foot=sf.Foot(length=rng.uniform(0.1, 0.3) * height, width=rng.uniform(0.05, 0.2) * height),
+        gait=GaitLimits(
+            step_duration=(shortest, rng.uniform(1.5, 4.0) * shortest),
+            step_x=(-rng.uniform(0.2, 0.8) * height, rng.uniform(0.2, 0.8) * height),
+            step_y=(-rng.uniform(0.1, 0.9) * hip, rng.uniform(0.2, 0.5) * height),
+            dcm_offset=(0.1 * height, 0.05 * height),
+        ),
+    )
+
+
+RANDOM_ROBOTS = [sf.load_robot("paper-biped"), *map(random_robot, range(4))]
 HEADINGS = [0.0, 90.0, 180.0, 270.0, 25.0, 200.0]
 
 

@@ -234,14 +234,6 @@ def test_no_controller_passes_the_limit(robot_70kg: sf.Robot, way: str) -> None:
     assert survived >= (0.98 if way == "forward" else 0.85) * limit
 
 
-@pytest.mark.parametrize("direction", [(1.0, 0.0), (0.0, 1.0), (-0.6, 0.8), (0.3, -0.2)])
-def test_left_mirrors_right(robot: sf.Robot, direction: tuple[float, float]) -> None:
-    slow, (x, y) = robot.with_leg(max_speed=3.0), direction
-    right = sf.push_limit(slow, (x, y), velocity=(0.4, 0.1), support_side=sf.Side.RIGHT)
-    left = sf.push_limit(slow, (x, -y), velocity=(0.4, -0.1), support_side=sf.Side.LEFT)
-    assert left.impulse == pytest.approx(right.impulse, rel=1e-12)
-
-
 def test_walking_backwards_mirrors_walking_forwards(robot: sf.Robot) -> None:
     slow = robot.with_leg(max_speed=3.0)
     ahead = sf.push_limit(slow, (1.0, 0.0), velocity=(0.5, 0.0))
@@ -259,21 +251,12 @@ def test_a_faster_leg_and_a_larger_foot_survive_more(robot: sf.Robot) -> None:
     assert (np.diff(table, axis=0) > 0.0).all()
 
 
-def test_the_mass_cancels(robot: sf.Robot) -> None:
-    light, heavy = (
-        sf.push_limit(robot.replace(mass=mass).with_leg(max_speed=3.0), (0.0, 1.0))
-        for mass in (35.0, 140.0)
-    )
-    assert light.delta_v == pytest.approx(heavy.delta_v, rel=1e-12)
-    assert heavy.impulse == pytest.approx(4.0 * light.impulse)
-    assert heavy.delta_v == pytest.approx(heavy.impulse / 140.0)
-
-
 def test_a_diagonal_of_an_unlimited_leg_has_the_least_of_both_axes(robot: sf.Robot) -> None:
     """Such a leg lands as soon as it may, whatever the axis, so nothing has to be agreed on."""
     forward, outward = (sf.push_limit(robot, way) for way in ((1.0, 0.0), (0.0, 1.0)))
     diagonal = sf.push_limit(robot, (3.0, 4.0))
     assert diagonal.direction == pytest.approx((0.6, 0.8))
+    assert diagonal.delta_v == pytest.approx(diagonal.impulse / robot.mass)
     least = min(forward.impulse / 0.6, outward.impulse / 0.8)
     assert diagonal.impulse == pytest.approx(least, rel=1e-4)
     fixed = fixed_steps_limit(robot, (3.0, 4.0))

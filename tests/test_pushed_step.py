@@ -147,6 +147,3 @@ def test_diagonal_limits_obey_the_laws_of_the_axes(robot: sf.Robot) -> None:
         assert (np.diff(found) > -1e-3 * found[0]).all()
         sole = sf.push_limit(legs[1], WAYS[way], elapsed=0.3, zmp_reach=robot.foot.half).impulse
         assert sole > found[1]
-        x, y = WAYS[way]
-        left = sf.push_limit(legs[1], (x, -y), elapsed=0.3, support_side=sf.Side.LEFT)
-        assert left.impulse == pytest.approx(found[1], rel=1e-12)
