@@ -44,7 +44,7 @@ class Status(IntFlag):
     """The ZMP that tracking asks for lies outside the foot and was projected into it."""
     HELD = 32
     """Some of the observation cannot be true: first the last safe command stands, then the method
-    decides on what its model predicts instead. The landing is relative to the foot that it takes to stand."""
+    decides on what its model predicts instead. The landing is relative to the assumed foot."""
     NOT_CONVERGED = 64
     """A numerical solver gave no answer in time: see the controller for what it does instead."""
 
