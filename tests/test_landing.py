@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 import landing_reference as reference
 import surefoot as sf
-from surefoot.compiled import entry_point, njit
-from surefoot.control.unified.problem import DECISION, LANDING, SITUATION, Decision
+from surefoot.compiled import njit, record_entry_point
+from surefoot.control.unified.problem import Decision, LandingParameters, Situation
 from surefoot.control.unified.solver import TAU_EVALUATIONS, decide_landing
 from surefoot.record import new_array
 
@@ -24,13 +24,16 @@ AGREEMENT, ROUNDING = 1e-7, 1e-14
 
 @njit
 def _solve(landing, situation, decision):
-    decide_landing(landing[0], situation[0], situation[0].tau_ref, decision[0])
+    decide_landing(landing, situation, situation.tau_ref, decision)
+
+
+SOLVE = record_entry_point(_solve, LandingParameters, Situation, Decision)
 
 
 def solve_landing(landing: NDArray[np.void], situation: NDArray[np.void]) -> Decision:
     """The decision for one situation; ZMP and margin are not its part."""
-    decision = new_array(DECISION)
-    entry_point(_solve, LANDING, SITUATION, DECISION)(landing, situation, decision)
+    decision = new_array(Decision.DTYPE)
+    SOLVE(landing, situation, decision)
     return Decision.of(decision)
 
 

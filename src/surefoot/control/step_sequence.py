@@ -18,7 +18,8 @@ loaded when the first program is built.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+import dataclasses
+from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
@@ -29,22 +30,22 @@ from surefoot.checks import optional_module
 from surefoot.dcm.leg import furthest
 from surefoot.dcm.nominal_gait import NominalGait
 from surefoot.dcm.viability import viable_offsets
+from surefoot.record import Array, Record, field, new_array
 from surefoot.robot.feet import Side
 from surefoot.robot.robot import Robot
 
-LONGEST_HORIZON = 5
+MAX_HORIZON = 5
 """A decision looks no more steps ahead."""
 
-PLANNED_STEPS = np.dtype(
-    [
-        ("duration", "f8", (LONGEST_HORIZON,)),
-        ("step", "f8", (LONGEST_HORIZON, 2)),
-        ("zmp", "f8", (LONGEST_HORIZON, 2)),
-        ("offset", "f8", (LONGEST_HORIZON, 2)),
-    ],
-)
-"""The next steps, each in its own frame: duration, for the first one what is left of it [s]; step
-vector, ZMP and DCM offset at landing [m]."""
+
+class PlannedSteps(Record):
+    """The next steps, each in its own frame."""
+
+    duration: Array = field("s", "of the first one what is left of it", shape=MAX_HORIZON)
+    step: Array = field("m", "step vector", shape=(MAX_HORIZON, 2))
+    zmp: Array = field("m", "relative to the support foot", shape=(MAX_HORIZON, 2))
+    offset: Array = field("m", "of the DCM at landing", shape=(MAX_HORIZON, 2))
+
 
 UNLIMITED = (360.0, 1e8)
 """What the program takes for an infinite speed or acceleration of the leg, in its own units."""
@@ -68,7 +69,7 @@ _NUMBERS = (
     "step_weight_x", "step_weight_y", "tau_weight", "zmp_weight_x", "zmp_weight_y",
     "offset_weight_x", "offset_weight_y", "path_weight_x", "path_weight_y", "penalty",
 )  # fmt: skip
-"""What the program is told, in this order."""
+"""The parameters of the program, in this order."""
 
 
 @dataclass(frozen=True)
@@ -114,11 +115,11 @@ class StepSequence:
     weights: SequenceWeights
     zmp_share: float
     max_iterations: int
-    solver: Any = field(init=False, repr=False, compare=False)
-    fixed: dict[str, float] = field(init=False, repr=False, compare=False)
-    lower: NDArray[np.float64] = field(init=False, repr=False, compare=False)
-    upper: NDArray[np.float64] = field(init=False, repr=False, compare=False)
-    constraint_bounds: tuple[NDArray[np.float64], NDArray[np.float64]] = field(
+    solver: Any = dataclasses.field(init=False, repr=False, compare=False)
+    fixed: dict[str, float] = dataclasses.field(init=False, repr=False, compare=False)
+    lower: NDArray[np.float64] = dataclasses.field(init=False, repr=False, compare=False)
+    upper: NDArray[np.float64] = dataclasses.field(init=False, repr=False, compare=False)
+    constraint_bounds: tuple[NDArray[np.float64], NDArray[np.float64]] = dataclasses.field(
         init=False, repr=False, compare=False
     )
 
@@ -166,8 +167,8 @@ class StepSequence:
         return max(limits.step_x[1] - limits.step_x[0], limits.step_y[1] - limits.step_y[0])
 
     def nominal(self, side: Side, elapsed: float) -> NDArray[np.void]:
-        """The steps of the nominal gait from this support on, a `PLANNED_STEPS` record."""
-        plan = np.zeros(1, PLANNED_STEPS)
+        """The steps of the nominal gait from this support on, a `PlannedSteps` record."""
+        plan = new_array(PlannedSteps.DTYPE)
         for k in range(self.horizon):
             own = side if k % 2 == 0 else side.other
             plan["duration"][0, k] = self.gait.step_duration
@@ -192,12 +193,12 @@ class StepSequence:
             elapsed: since touchdown [s].
             dcm: relative to that foot, in world axes (x, y) [m].
             foot: the swing foot, likewise [m].
-            guess: a `PLANNED_STEPS` record to start from.
+            guess: a `PlannedSteps` record to start from.
             foot_velocity: of the swing foot, likewise; it counts where the acceleration is limited
                 [m/s].
 
         Returns:
-            The steps as a `PLANNED_STEPS` record, whether IPOPT found them optimal, and by how much
+            The steps as a `PlannedSteps` record, whether IPOPT found them optimal, and by how much
             the DCM offset at the last landing is outside the viable set [m].
         """
         unit, omega = self.unit, self.gait.omega
@@ -258,7 +259,7 @@ class StepSequence:
         return late
 
     def _planned(self, values: NDArray[np.float64]) -> NDArray[np.void]:
-        plan = np.zeros(1, PLANNED_STEPS)
+        plan = new_array(PlannedSteps.DTYPE)
         for k in range(self.horizon):
             of_step = self.unit * values[_PER_STEP * k :][:_PER_STEP]
             plan["duration"][0, k] = values[_PER_STEP * k] / self.gait.omega

@@ -17,7 +17,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from surefoot.control.fields import described, filled, setting
+from surefoot.control.fields import described, filled, weight
+from surefoot.control.mpc.cycle import MpcParameters
 from surefoot.control.mpc.horizon import (
     Horizon,
     lean_response,
@@ -61,27 +62,17 @@ class AnkleHipStepMpc(FootPlacementMpc):
     """
 
     robot: Robot = field(metadata=described("whose gait it is; it must have a trunk"))
-    torque_weight: float = setting(
-        1.0,
-        "1/m^2",
-        "on the distance by which the hip torque moves the ZMP in effect",
-        above=0.0,
-        is_weight=True,
+    torque_weight: float = weight(
+        1.0, "1/m^2", "on the distance by which the hip torque moves the ZMP in effect", above=0.0
     )
-    lean_weight: float | None = setting(
-        None,
-        "1/rad^2",
-        "on the lean of the trunk; 0.0156 h^2 [1/m^2] if None, h the height of the CoM",
-        least=0.0,
-        is_weight=True,
-    )
-    lean_rate_weight: float | None = setting(
-        None,
-        "s^2/rad^2",
-        "on its rate; 0.0192 (h / omega)^2 [1/m^2] if None",
-        least=0.0,
-        is_weight=True,
-    )
+    lean_weight: float | None = weight(
+        None, "1/rad^2", "on the lean of the trunk; 0.0156 h^2 [1/m^2] if None, h the height of "
+        "the CoM", own=lambda mpc: LEAN_WEIGHT * mpc.robot.com_height**2,
+    )  # fmt: skip
+    lean_rate_weight: float | None = weight(
+        None, "s^2/rad^2", "on its rate; 0.0192 (h / omega)^2 [1/m^2] if None",
+        own=lambda mpc: LEAN_RATE_WEIGHT * (mpc.robot.com_height / mpc.gait.omega) ** 2,
+    )  # fmt: skip
 
     @property
     def trunk(self) -> Trunk:
@@ -103,22 +94,18 @@ class AnkleHipStepMpc(FootPlacementMpc):
         super().check()
         _ = self.trunk
 
-    def defaults(self) -> dict[str, float]:
-        """Those of foot placement, and the weights of the lean and of its rate."""
-        height, omega = self.robot.com_height, self.gait.omega
-        return {
-            "lean_weight": LEAN_WEIGHT * height**2,
-            "lean_rate_weight": LEAN_RATE_WEIGHT * (height / omega) ** 2,
-            **super().defaults(),
-        }
-
-    def make_parameters(self) -> NDArray[np.void]:
-        """The `MPC` record with free steps and a trunk."""
-        parameters, weight = super().make_parameters(), self.robot.mass * self.robot.gravity
-        parameters["torque_per_shift"] = weight
-        parameters["max_shift"] = self.trunk.max_torque / weight
-        parameters["max_lean"] = self.trunk.max_lean
-        return parameters
+    def make_parameters(self) -> MpcParameters:
+        """Those of free steps and a trunk."""
+        weight = self.robot.mass * self.robot.gravity
+        return (
+            super()
+            .make_parameters()
+            .replace(
+                torque_per_shift=weight,
+                max_shift=self.trunk.max_torque / weight,
+                max_lean=self.trunk.max_lean,
+            )
+        )
 
     def make_program(self, seen: Horizon) -> tuple[NDArray[np.float64], ...]:
         """Hessian, gain, rows and row_state of one control cycle.

@@ -16,17 +16,26 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cache
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from surefoot.checks import check_number, optional_module
 from surefoot.control.base import GaitController
-from surefoot.control.cycle import side_index
 from surefoot.control.defaults import natural_length
-from surefoot.control.fields import filled, setting
-from surefoot.control.mpc.cycle import DUE, HELD, MPC, MPC_STATE, SOLVE, act, decide, prepare
+from surefoot.control.fields import filled, setting, weight
+from surefoot.control.mpc.cycle import (
+    DUE,
+    HELD,
+    SOLVE,
+    MpcParameters,
+    MpcState,
+    Work,
+    act,
+    decide,
+    prepare,
+)
 from surefoot.control.push_observer import observing
 from surefoot.control.tracking import NO_GAIN, tracking_parameters
 from surefoot.dcm.nominal_gait import NominalGait
@@ -44,6 +53,9 @@ the CoM."""
 
 _SOLVED, _SOFT = 1, 8
 """DAQP's words for an answer, and for a bound that may be violated."""
+
+ON_ZMP = "on the distance of the ZMP from the centre of the foot"
+"""The words of its weight."""
 
 NEXT_NODE = 1e-9
 """A node this fraction of a sample ahead is now."""
@@ -155,8 +167,7 @@ def placed_feet(feet: NDArray[np.int64], steps: int) -> NDArray[np.float64]:
     return (feet[:, None] > np.arange(steps)).astype(np.float64)
 
 
-@dataclass(frozen=True)
-class Programs:
+class Programs(NamedTuple):
     """The quadratic program of every control cycle of a step, but for the robot's deviation.
 
         minimise y' hessian y / 2 + (gain deviation)' y
@@ -179,14 +190,6 @@ class Programs:
 @cache
 def _solver() -> Callable[..., Any]:
     return optional_module("daqp", "model predictive control", "mpc").solve
-
-
-def default_push_horizon(gait: NominalGait, period: float, solve_period: float | None) -> float:
-    """How much longer a push is expected to go on [s].
-
-    A step as long as what was decided for it is taken back in the cycle in which it ends.
-    """
-    return gait.step_duration if solve_period is None or solve_period <= period else 0.0
 
 
 def samples_in(gait: NominalGait, sample: float) -> int:
@@ -215,38 +218,25 @@ class RecedingHorizon(GaitController):
     A library solves them, so it walks alone and not in a compiled batch.
     """
 
-    STATE = MPC_STATE
+    STATE = MpcState
     SAMPLES_PER_STEP: ClassVar[int] = 5
     """Intervals of the horizon in a nominal step if `sample` is None."""
 
     samples: int = setting(16, "", "intervals of the horizon")
     sample: float | None = setting(
-        None,
-        "s",
-        "their length; a step is divided evenly, into intervals close to it; T_nom over "
-        "`SAMPLES_PER_STEP` if None",
-        above=0.0,
-    )
-    velocity_weight: float | None = setting(
-        None,
-        "s^2/m^2",
-        "on the deviation of the CoM velocity from the nominal gait; 12.26 / omega^2 if None",
-        least=0.0,
-        is_weight=True,
-    )
-    zmp_weight: float = setting(
-        1.0,
-        "1/m^2",
-        "on the distance of the ZMP from the centre of the foot",
-        above=0.0,
-        is_weight=True,
-    )
+        None, "s", "their length; a step is divided evenly, into intervals close to it; T_nom over "
+        "`SAMPLES_PER_STEP` if None", above=0.0,
+        own=lambda mpc: mpc.gait.step_duration / mpc.SAMPLES_PER_STEP,
+    )  # fmt: skip
+    velocity_weight: float | None = weight(
+        None, "s^2/m^2", "on the deviation of the CoM velocity from the nominal gait; "
+        "12.26 / omega^2 if None", own=lambda mpc: VELOCITY_WEIGHT / mpc.robot.omega**2,
+    )  # fmt: skip
+    zmp_weight: float = weight(1.0, "1/m^2", ON_ZMP, above=0.0)
     solve_period: float | None = setting(
-        None,
-        "s",
-        "how often the program is solved, and at every sample; in every cycle if None",
-        kw_only=True,
-    )
+        None, "s", "how often the program is solved, and at every sample; in every cycle if None",
+        kw_only=True, own=lambda mpc: mpc.period,
+    )  # fmt: skip
     period: float = setting(0.005, "s", "control period", above=0.0, kw_only=True)
     programs: Programs = field(init=False, repr=False, compare=False)
 
@@ -272,41 +262,28 @@ class RecedingHorizon(GaitController):
             )
         _solver()
 
-    def defaults(self) -> dict[str, float]:
-        """Sample, weight of the velocity, and how often a program is solved."""
-        return {
-            "sample": self.gait.step_duration / self.SAMPLES_PER_STEP,
-            "velocity_weight": VELOCITY_WEIGHT / self.robot.omega**2,
-            "solve_period": self.period,
-        }
-
-    def make_parameters(self) -> NDArray[np.void]:
-        """The `MPC` record with fixed steps and no trunk."""
-        robot, gait, parameters = self.robot, self.gait, new_array(MPC)
-        parameters["tracking"] = tracking_parameters(robot, gait, NO_GAIN, True, 0.0, self.period)
-        for side in Side:
-            parameters["nominal_step"][0, side_index.py_func(side)] = gait.step(side)
+    def make_parameters(self) -> MpcParameters:
+        """Those of fixed steps and no trunk."""
+        robot, gait = self.robot, self.gait
         per_step = samples_in(gait, filled(self.sample))
-        parameters["solve_period"] = self.solve_period
-        parameters["samples_per_step"] = per_step
-        parameters["sample"] = gait.step_duration / per_step
-        parameters["samples"] = self.samples
-        parameters["unit"] = robot.com_height
-        parameters["moved"] = MOVED * robot.com_height
-        room = natural_length(robot, gait)
-        parameters["observing"] = observing(robot.omega, self.period, room)
-        return parameters
+        return MpcParameters(
+            tracking=tracking_parameters(robot, gait, NO_GAIN, True, 0.0, self.period),
+            nominal_step=[gait.step(side) for side in (Side.RIGHT, Side.LEFT)],
+            solve_period=self.solve_period,
+            sample=gait.step_duration / per_step,
+            samples_per_step=per_step,
+            samples=self.samples,
+            unit=robot.com_height,
+            moved=MOVED * robot.com_height,
+            observing=observing(robot.omega, self.period, natural_length(robot, gait)),
+        )
 
     def make_program(self, seen: Horizon) -> tuple[NDArray[np.float64], ...]:
         """Hessian, gain, rows and row_state of one control cycle, see `Programs`."""
         raise NotImplementedError(f"{type(self).__name__}.make_program")
 
     def start(self, observation: Observation) -> NDArray[np.void]:
-        """The state before the first cycle: a program is due.
-
-        Raises:
-            ParameterError: the observation is not finite.
-        """
+        """The state before the first cycle: a program is due."""
         state = super().start(observation)
         state["decision"]["until"] = -math.inf
         return state
@@ -320,15 +297,11 @@ class RecedingHorizon(GaitController):
         with `Status.NOT_CONVERGED`.
         """
         parameters, programs = self.parameters, self.programs
-        next_state = new_array(MPC_STATE)
+        next_state, work = new_array(MpcState.DTYPE), Work.of(programs)
+        deviation, gradient, lower, upper = work
+        solution = np.zeros_like(gradient)
         unknowns, rows = programs.gain.shape[1], programs.rows.shape[1]
-        deviation = np.empty((2, programs.gain.shape[2]))
-        gradient, solution = np.empty((2, unknowns)), np.zeros((2, unknowns))
-        lower, upper = np.empty((2, unknowns + rows)), np.empty((2, unknowns + rows))
-        task, cycle = prepare(
-            parameters, programs.gain, programs.row_state, state, observation.array, next_state,
-            deviation, gradient, lower, upper,
-        )  # fmt: skip
+        task, cycle = prepare(parameters, programs, state, observation.array, next_state, work)
         if task == SOLVE:
             # The solver has tolerances of its own: in units of the robot they are the robot's.
             unit = float(parameters["unit"][0])

@@ -15,8 +15,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from surefoot.control.fields import filled, setting
-from surefoot.control.mpc.horizon import Horizon, RecedingHorizon, samples_in, velocity_response
+from surefoot.control.fields import filled, setting, weight
+from surefoot.control.mpc.horizon import (
+    ON_ZMP,
+    Horizon,
+    RecedingHorizon,
+    samples_in,
+    velocity_response,
+)
 from surefoot.control.registry import method
 
 
@@ -46,13 +52,7 @@ class LinearMpc(RecedingHorizon):
     """Of 0.02 s for the paper's biped, as published."""
 
     samples: int = setting(75, "", "intervals of the horizon")
-    zmp_weight: float = setting(
-        1e-3,
-        "1/m^2",
-        "on the distance of the ZMP from the centre of the foot",
-        above=0.0,
-        is_weight=True,
-    )
+    zmp_weight: float = weight(1e-3, "1/m^2", ON_ZMP, above=0.0)
 
     def make_program(self, seen: Horizon) -> tuple[NDArray[np.float64], ...]:
         """Hessian, gain, rows and row_state of one control cycle."""
