@@ -14,11 +14,8 @@ from surefoot.control.mpc import horizon as mpc_horizon
 from surefoot.control.mpc.cycle import SOLVE, MpcState, Work, prepare
 from surefoot.control.mpc.horizon import (
     horizon,
-    horizons,
     lean_response,
     placed_feet,
-    samples_in,
-    steps_ahead,
     velocity_response,
 )
 from surefoot.dcm.pendulum import com_flow
@@ -99,13 +96,9 @@ def random_moment(controller, rng):
 
 def walked_cost(controller, cycle: int, deviation, unknowns) -> float:
     """The cost of a choice, by walking it with the flow of the pendulum, weight by weight."""
-    seen = horizons(controller.gait, controller.period, controller.sample, controller.samples)
-    seen = seen[cycle]
-    node = controller.gait.step_duration / samples_in(controller.gait, controller.sample)
+    seen, node = controller.horizons()[cycle], controller.node
     free = getattr(controller, "step_weight", None)
-    steps = (
-        0 if free is None else steps_ahead(controller.gait, controller.sample, controller.samples)
-    )
+    steps = 0 if free is None else controller.steps_ahead
     zmp, moved = unknowns[: controller.samples], unknowns[controller.samples :][:steps]
     shift = unknowns[controller.samples + steps :]
     feet = placed_feet(seen.feet, steps) @ moved

@@ -100,13 +100,24 @@ class GaitController:
         return self.gait.observation(Side.RIGHT if support_side is None else support_side)
 
     def start(self, observation: Observation) -> NDArray[np.void]:
-        """The state before the first cycle.
+        """The state before the first cycle: on the nominal gait, standing where it is.
 
         Raises:
-            ParameterError: the observation is not finite.
+            ParameterError: the observation holds a NaN or an infinity, or no side.
         """
-        state = new_array(self.STATE.DTYPE)
-        first_plan(self.gait, observation, state)
+        check_first(observation)
+        state, gait, side = new_array(self.STATE.DTYPE), self.gait, observation.support_side
+        plan, command = state["plan"][0], state["command"][0]
+        plan["support_side"], plan["step_duration"] = side, gait.step_duration
+        plan["start_offset"], plan["growth"] = gait.start_offset(side), gait.growth
+        plan["end_offset"] = command["dcm_offset"] = gait.dcm_offset(side)
+        plan["step"] = gait.step(side)
+        command["zmp"] = observation.support_foot
+        command["dcm_plan"] = observation.dcm
+        command["step_location"] = observation.support_foot + plan["step"]
+        command["step_duration"] = gait.step_duration
+        command["swing_foot"] = observation.swing_foot
+        accept_first(observation, state)
         return state
 
     def with_velocity(self, velocity: tuple[float, float]) -> Self:
@@ -188,28 +199,6 @@ def check_first(observation: Observation) -> None:
             repr(observation),
             "wait for the estimator before starting the controller",
         )
-
-
-def first_plan(gait: NominalGait, observation: Observation, state: NDArray[np.void]) -> None:
-    """Fill plan and command of a new state: on the nominal gait, standing where it is.
-
-    Raises:
-        ParameterError: the observation holds a NaN or an infinity, or no side.
-    """
-    check_first(observation)
-    side = observation.support_side
-    plan, command = state["plan"][0], state["command"][0]
-    plan["support_side"], plan["step_duration"] = side, gait.step_duration
-    plan["start_offset"] = gait.start_offset(side)
-    plan["growth"] = gait.growth
-    plan["end_offset"] = command["dcm_offset"] = gait.dcm_offset(side)
-    plan["step"] = gait.step(side)
-    command["zmp"] = observation.support_foot
-    command["dcm_plan"] = observation.dcm
-    command["step_location"] = observation.support_foot + np.asarray(gait.step(side))
-    command["step_duration"] = gait.step_duration
-    command["swing_foot"] = observation.swing_foot
-    accept_first(observation, state)
 
 
 def check_leg(robot: Robot, gait: NominalGait) -> None:

@@ -25,23 +25,23 @@ class SwingParameters(Record):
 
 WILD = 4.0, 24.0
 """A foot whose velocity would take it so many times `reach` in the rest of its flight, or so its
-acceleration, slows down at once: only a landing that was wanted at once and is not any more leaves
+acceleration, slows down at once: only a landing that was due at once and is not any more leaves
 it as fast, and the smooth way would throw it far beyond."""
 
 SAMPLES = 12
-"""Where the way ahead is looked at; a quintic has no narrower peaks."""
+"""Points of the way ahead that are checked; a quintic has no narrower peaks."""
 
 LIMIT_TOLERANCE = 1e-3
 """Fraction of a limit that the samples may exceed: a foot at its limit is not too fast."""
 
-LARGEST_MAGNITUDE = 1e9
+MAX_MAGNITUDE = 1e9
 """No place or velocity of a first observation is larger, in SI units: a double resolves it to 1e-7.
 What comes later is compared with what was before, see `control.validation`."""
 
-LARGEST_TIME = 1e12
+MAX_TIME = 1e12
 """No clock counts further [s], whatever its epoch: a double resolves it to a tenth of 1 ms."""
 
-LARGEST_EXPONENT = 60.0
+MAX_EXPONENT = 60.0
 """omega t counts no further than this, some 17 s: a step has long ended by then."""
 
 LAST_CYCLE = 1e-6
@@ -56,13 +56,13 @@ _UNREACHABLE = int(Status.UNREACHABLE)
 @njit(forceinline=True)
 def _is_sound(value: float) -> bool:
     # A comparison with a NaN is false.
-    return abs(value) < LARGEST_MAGNITUDE
+    return abs(value) < MAX_MAGNITUDE
 
 
 @njit(forceinline=True)
 def is_usable(observation) -> bool:
     """Whether everything that a controller reads is a number of this world, and a foot stands."""
-    sound = _is_sound(observation.elapsed) and abs(observation.time) < LARGEST_TIME
+    sound = _is_sound(observation.elapsed) and abs(observation.time) < MAX_TIME
     sound = sound and _is_sound(observation.support_yaw) and _is_sound(observation.swing_yaw)
     for i in range(2):
         sound = sound and _is_sound(observation.dcm[i]) and _is_sound(observation.com[i])
@@ -79,7 +79,7 @@ def is_usable(observation) -> bool:
 @njit(forceinline=True)
 def growth_since_touchdown(omega: float, elapsed: float) -> float:
     """e^(omega t), for a robot that stands and stands too: it stays finite."""
-    return math.exp(min(omega * elapsed, LARGEST_EXPONENT))
+    return math.exp(min(omega * elapsed, MAX_EXPONENT))
 
 
 @njit(forceinline=True)

@@ -8,14 +8,14 @@ convergent part of the motion, com - com_velocity / omega, towards it, each by i
 
 **Offset.** The measured DCM is m = dcm + b, with b constant. The pendulum falls about its true
 ZMP, so b = m - p - m' / omega: it is observable at all times, standing or walking, if the ZMP is
-known. It cannot be told from an error of the ZMP, nor from a constant force (b = -F / (m omega^2)).
+known. An error of the ZMP gives the same, and a constant force too (b = -F / (m omega^2)).
 The observer dcm <- dcm + k1 i, b <- b + k2 i with the innovation i = m - dcm - b has both its poles
 at z = e^(-dt / bias_time) for
 
     k1 = (g - z)^2 / (g (g - 1)),    k1 + k2 = 1 - z^2 / g.
 
 k2 is negative: an offset that is new looks like a DCM that runs away, so the
-estimate turns the wrong way before it turns the right one, the more so the shorter `bias_time` is
+estimate goes the wrong way before it goes the right one, the more so the shorter `bias_time` is
 against 1 / omega. After a step of the offset the error is below 10 % from about 5 bias_time on. An
 innovation above `bias_limit` is a push rather than an offset; the offset stays as it is until none
 has been for `bias_time`.

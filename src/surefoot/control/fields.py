@@ -179,5 +179,5 @@ def fill_in(controller: Any) -> None:
 
 
 def filled(value: float | None) -> float:
-    """A parameter that `fill_in` has seen to."""
+    """A parameter after `fill_in`."""
     return math.nan if value is None else value

@@ -19,13 +19,13 @@ from surefoot.control.defaults import TAU_WEIGHT, dcm_gain, double_support, tau_
 from surefoot.control.fields import filled, setting, weight
 from surefoot.control.registry import method
 from surefoot.control.tracking import (
-    Plan,
     Tracking,
+    TrackingState,
     plan_or_drop,
     track_to_end,
     tracking_parameters,
 )
-from surefoot.control.validation import Validated, validate
+from surefoot.control.validation import validate
 from surefoot.dcm.step_in_reach import SavedAfterStep, saved_by, solve_step_in_reach
 from surefoot.dcm.step_problem import (
     OFFSET_PENALTY,
@@ -35,7 +35,7 @@ from surefoot.dcm.step_problem import (
     gait_problem,
 )
 from surefoot.dcm.step_solver import solve_step_record
-from surefoot.interface import Command, Mode
+from surefoot.interface import Mode
 from surefoot.record import Array, Record, field
 from surefoot.robot.feet import Side
 
@@ -50,13 +50,10 @@ class HybridParameters(Record):
     problem: Array = field("", "what is decided on either foot", shape=2, kind=StepProblem)
 
 
-class HybridState(Record):
+class HybridState(TrackingState):
     """What it remembers."""
 
-    plan: Plan = field("", "of the step under way")
-    validated: Validated = field("", "the observation")
     solution: StepSolution = field("", "of the step problem that was solved last")
-    command: Command = field("", "of the last cycle")
 
 
 _ADAPTING = int(Mode.ADAPTING)

@@ -143,8 +143,8 @@ def find_periodic_gait(parameters: NDArray[np.void], gait: NominalGait) -> None:
         row = side_index.py_func(plan["support_side"][0])
         dcm = plan["com"][0] + plan["com_velocity"][0] / omega
         # The integrator settles last; as a length it is the integral over a time constant.
-        seen = np.concatenate([dcm, omega * parameters["period"] * plan["zmp_sum"][0]])
-        change, last[row] = np.abs(seen - last[row]).max(), seen
+        state = np.concatenate([dcm, omega * parameters["period"] * plan["zmp_sum"][0]])
+        change, last[row] = np.abs(state - last[row]).max(), state
         half = parameters["half_foot"][0]
         parameters["start_zmp"][0, row] = np.clip(plan["zmp"][0], -half, half)
         parameters["end_offset"][0, 1 - row] = dcm

@@ -4,7 +4,7 @@ Between two cycles the DCM flows about the commanded ZMP. What it does beyond th
 f = F / (m omega^2) it is f (e^(omega dt) - 1), so f follows at once. Measured like this, noise of
 the DCM counts 1 / (omega dt) times, three hundred times at 1 kHz. So beside the estimate of the
 moment there are some that are smoothed, and the noise is watched: it makes estimates jump to and
-fro, which a push does only when it begins and ends. The fastest estimate that can be told from its
+fro, which a push does only when it begins and ends. The fastest estimate that stands out from its
 own noise is the answer; without noise that is the one of the moment. Own derivation; in the world
 frame, for the sides of the feet change places at a touchdown.
 """

@@ -18,9 +18,8 @@ loaded when the first program is built.
 
 from __future__ import annotations
 
-import dataclasses
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, cached_property
 from typing import Any
 
 import numpy as np
@@ -35,7 +34,7 @@ from surefoot.robot.feet import Side
 from surefoot.robot.robot import Robot
 
 MAX_HORIZON = 5
-"""A decision looks no more steps ahead."""
+"""A decision is about no more steps."""
 
 
 class PlannedSteps(Record):
@@ -105,8 +104,6 @@ class StepSequence:
         zmp_share: how much of the sole the ZMP may use [-].
         max_iterations: of IPOPT; an answer that needs more is none.
 
-    Raises:
-        MissingExtraError: CasADi is not installed.
     """
 
     robot: Robot
@@ -115,31 +112,17 @@ class StepSequence:
     weights: SequenceWeights
     zmp_share: float
     max_iterations: int
-    solver: Any = dataclasses.field(init=False, repr=False, compare=False)
-    fixed: dict[str, float] = dataclasses.field(init=False, repr=False, compare=False)
-    lower: NDArray[np.float64] = dataclasses.field(init=False, repr=False, compare=False)
-    upper: NDArray[np.float64] = dataclasses.field(init=False, repr=False, compare=False)
-    constraint_bounds: tuple[NDArray[np.float64], NDArray[np.float64]] = dataclasses.field(
-        init=False, repr=False, compare=False
-    )
-
-    def __post_init__(self) -> None:
-        solver = _build(self.horizon, self.is_limited, self.max_iterations)
-        lower, upper = self._bounds()
-        for name, value in (
-            ("solver", solver),
-            ("fixed", self._fixed_numbers()),
-            ("lower", lower),
-            ("upper", upper),
-            ("constraint_bounds", self._constraint_bounds()),
-        ):
-            object.__setattr__(self, name, value)
 
     def __reduce__(self) -> Any:
         # A solver cannot travel to another process: it is built there.
         return StepSequence, (
             self.robot, self.gait, self.horizon, self.weights, self.zmp_share, self.max_iterations,
         )  # fmt: skip
+
+    @cached_property
+    def solver(self) -> Any:
+        """IPOPT, compiled for this shape of the program."""
+        return _build(self.horizon, self.is_limited, self.max_iterations)
 
     @property
     def is_limited(self) -> bool:
@@ -207,7 +190,7 @@ class StepSequence:
         way = _on_grid(_in_own_frame(foot, side), unit)
         speed = _on_grid(_in_own_frame(foot_velocity, side), unit * omega)
         longest = omega * self.robot.gait.step_duration[1]
-        lower, upper = self.lower.copy(), self.upper.copy()
+        lower, upper = (bounds.copy() for bounds in self.bounds)
         lower[0], upper[0] = max(lower[0] - elapsed, 0.0), max(upper[0] - elapsed, 0.0)
         numbers = self.fixed | {
             "growth": float(np.exp(min(elapsed, longest))),
@@ -248,9 +231,9 @@ class StepSequence:
         self, foot: tuple[float, float], velocity: tuple[float, float], left: float
     ) -> dict[str, float]:
         """What the swing foot lacks to the box of steps even if it takes all the time there is."""
-        late = {}
+        late, (low, high) = {}, self.bounds
         for i, axis in enumerate("xy"):
-            away = min(max(foot[i], self.lower[1 + i]), self.upper[1 + i]) - foot[i]
+            away = min(max(foot[i], low[1 + i]), high[1 + i]) - foot[i]
             lacks = max(
                 way - furthest(v, left, *self.leg)
                 for way, v in ((away, velocity[i]), (-away, -velocity[i]))
@@ -267,7 +250,9 @@ class StepSequence:
             plan["zmp"][0, k], plan["offset"][0, k] = of_step[3:5], of_step[5:7]
         return plan
 
-    def _fixed_numbers(self) -> dict[str, float]:
+    @cached_property
+    def fixed(self) -> dict[str, float]:
+        """The parameters of the program that are the same in all decisions."""
         numbers = {
             "omega": 1.0,
             "max_speed": self.leg[0],
@@ -283,8 +268,9 @@ class StepSequence:
                 numbers[f"{name}_weight_{axis}"] = weight
         return numbers
 
-    def _bounds(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Of the variables, with the whole duration of the first step."""
+    @cached_property
+    def bounds(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Lower and upper ones of the variables, with the whole duration of the first step."""
         limits, free = self.robot.gait, (np.inf, np.inf)
         # Own frames look like the one of right support, whose swing side is the left.
         low, high = np.array(limits.step_box(Side.RIGHT, self.robot.hip)) / self.unit
@@ -294,7 +280,9 @@ class StepSequence:
         upper = [longest, *high, *reach, *free] * self.horizon
         return np.array([*lower, *np.negative(free)]), np.array([*upper, *free])
 
-    def _constraint_bounds(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    @cached_property
+    def constraint_bounds(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Lower and upper ones of the constraints."""
         reach = self.zmp_share * np.array(self.robot.foot.half)
         viable = viable_offsets(self.robot, Side.RIGHT, (float(reach[0]), float(reach[1])))
         flow, late = [0.0] * (2 * self.horizon), 4 * self.horizon if self.is_limited else 0
@@ -342,7 +330,7 @@ def _build(horizon: int, limited: bool, max_iterations: int) -> Any:
         if limited:
             for sign in (1.0, -1.0):
                 velocity, late = (pair("foot_velocity"), pair("lateness")) if k == 0 else (0.0, 0.0)
-                ahead = _furthest(ca, sign * velocity, time, p["max_speed"], p["max_acceleration"])
+                ahead = _max_way(ca, sign * velocity, time, p["max_speed"], p["max_acceleration"])
                 reach.append(sign * (step - came_from) - ahead - late)
         # The next step's own frame has y the other way.
         start = ca.vertcat(offset[0], -offset[1])
@@ -356,7 +344,7 @@ def _build(horizon: int, limited: bool, max_iterations: int) -> Any:
     return ca.nlpsol("step_sequence", "ipopt", program, _options(max_iterations))
 
 
-def _furthest(ca: Any, velocity: Any, time: Any, speed: Any, acceleration: Any) -> Any:
+def _max_way(ca: Any, velocity: Any, time: Any, speed: Any, acceleration: Any) -> Any:
     """`dcm.leg.furthest` as an expression."""
     ramp = (speed - velocity) / acceleration
     ramping = time * (velocity + 0.5 * acceleration * time)

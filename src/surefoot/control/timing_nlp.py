@@ -30,13 +30,13 @@ from surefoot.control.step_sequence import (
     StepSequence,
 )
 from surefoot.control.tracking import (
-    Plan,
     Tracking,
+    TrackingState,
     plan_or_drop,
     track_to_end,
     tracking_parameters,
 )
-from surefoot.control.validation import Validated, validate
+from surefoot.control.validation import validate
 from surefoot.dcm.step_problem import OFFSET_PENALTY
 from surefoot.dcm.step_solver import VIOLATION_TOLERANCE
 from surefoot.dcm.support import nearest_under_foot
@@ -72,18 +72,15 @@ class TimingNlpParameters(Record):
     zmp_reach: Vector2 = field("m", "how far the ZMP of a decision is from the centre of the foot")
 
 
-class TimingNlpState(Record):
+class TimingNlpState(TrackingState):
     """What it remembers."""
 
-    plan: Plan = field("", "that is tracked")
-    validated: Validated = field("", "the observation")
     steps: PlannedSteps = field("", "that were decided last")
     decided_at: float = field("s", "when that was, since touchdown")
     landing_time: float = field("s", "when the first of them ends, since touchdown")
     known: int = field("", "whether there are such steps")
     status: int = field("", "what that decision could not keep")
     due: int = field("", "inside of `step`: `DECIDE`, `CARRY_ON`, or 0 for nothing")
-    command: Command = field("", "of the last cycle")
 
 
 CARRY_ON = 1
@@ -98,7 +95,7 @@ _NO_TIME_LEFT = int(Status.NO_TIME_LEFT)
 
 @njit
 def _shift_steps(steps):
-    """The second of the planned steps is the first one now; the last one is thought to repeat."""
+    """The second of the planned steps is the first one now; the last one repeats."""
     for k in range(MAX_HORIZON - 1):
         steps.duration[k] = steps.duration[k + 1]
         for i in range(2):
@@ -244,7 +241,8 @@ class TimingNlp(GaitController):
             self.robot, self.gait, self.horizon, weights, self.zmp_share, self.max_iterations
         )
         object.__setattr__(self, "sequence", sequence)
-        _compiled()  # Now rather than in the first control cycle.
+        # Now rather than in the first control cycle.
+        _ = sequence.solver, _compiled()
 
     def check(self) -> None:
         """Refuse counts that are none, and a sole that is too long."""
@@ -267,8 +265,8 @@ class TimingNlp(GaitController):
             tracking=tracking_parameters(
                 self.robot, self.gait, self.dcm_gain, self.project_zmp, 0.0, self.period
             ),
-            threshold=self.threshold,
-            solve_period=self.solve_period,
+            threshold=filled(self.threshold),
+            solve_period=filled(self.solve_period),
             longest=self.robot.gait.step_duration[1],
             zmp_reach=self.zmp_share * np.array(self.robot.foot.half),
         )

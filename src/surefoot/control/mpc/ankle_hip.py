@@ -24,8 +24,6 @@ from surefoot.control.mpc.horizon import (
     lean_response,
     placed_feet,
     push_response,
-    samples_in,
-    steps_ahead,
     velocity_response,
 )
 from surefoot.control.mpc.placement import FootPlacementMpc
@@ -107,19 +105,19 @@ class AnkleHipStepMpc(FootPlacementMpc):
             )
         )
 
-    def make_program(self, seen: Horizon) -> tuple[NDArray[np.float64], ...]:
+    def make_program(self, ahead: Horizon) -> tuple[NDArray[np.float64], ...]:
         """Hessian, gain, rows and row_state of one control cycle.
 
         The unknown of a torque is the shift of the ZMP that has the same effect, torque / (m g), so
         all unknowns are lengths.
         """
-        share = seen.lengths * samples_in(self.gait, filled(self.sample)) / self.gait.step_duration
-        steps = steps_ahead(self.gait, filled(self.sample), self.samples)
+        share = ahead.lengths * self.samples_per_step / self.gait.step_duration
+        steps = self.steps_ahead
         weight = self.robot.mass * self.robot.gravity
-        from_dcm, from_zmp = velocity_response(self.gait.omega, seen.lengths)
-        lean_state, lean_torque = lean_response(self.trunk.inertia, seen.lengths)
+        from_dcm, from_zmp = velocity_response(self.gait.omega, ahead.lengths)
+        lean_state, lean_torque = lean_response(self.trunk.inertia, ahead.lengths)
         before = np.zeros((self.samples, self.samples + steps))
-        response = np.hstack([from_zmp, from_zmp @ placed_feet(seen.feet, steps), from_zmp])
+        response = np.hstack([from_zmp, from_zmp @ placed_feet(ahead.feet, steps), from_zmp])
         lean = np.hstack([before, weight * lean_torque[:, 0]])
         rate = np.hstack([before, weight * lean_torque[:, 1]])
         weighed = filled(self.velocity_weight) * share[:, None] * response
@@ -134,7 +132,7 @@ class AnkleHipStepMpc(FootPlacementMpc):
         )
         hessian = response.T @ weighed + lean.T @ weighed_lean + rate.T @ weighed_rate
         lasting = filled(self.push_horizon)
-        from_push = push_response(from_zmp, seen.lengths, lasting)
+        from_push = push_response(from_zmp, ahead.lengths, lasting)
         gain = np.hstack(
             [
                 weighed.T @ from_dcm[:, None],

@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 from surefoot.compiled import njit
 from surefoot.control.cycle import end_cycle, keep_box, side_index
 from surefoot.control.push_observer import Observing, PushObserver, observe_push, remember
-from surefoot.control.tracking import Plan, Tracking, plan_step
-from surefoot.control.validation import Validated, validate
+from surefoot.control.tracking import Tracking, TrackingState, plan_step
+from surefoot.control.validation import validate
 from surefoot.dcm.leg import furthest
 from surefoot.dcm.support import nearest_under_foot
 from surefoot.dcm.viable_displacement import NODES
-from surefoot.interface import Command, Mode, Status
+from surefoot.interface import Mode, Status
 from surefoot.record import Array, Record, Vector2, field
 
 
@@ -59,14 +59,11 @@ class MpcDecision(Record):
     new_step: int = field("", "1 in the first cycle of a step")
 
 
-class MpcState(Record):
+class MpcState(TrackingState):
     """What it remembers."""
 
-    plan: Plan = field("", "of the step under way")
-    validated: Validated = field("", "the observation")
     decision: MpcDecision = field("", "of the last program")
     observer: PushObserver = field("", "of pushes")
-    command: Command = field("", "of the last cycle")
 
 
 class Work(NamedTuple):

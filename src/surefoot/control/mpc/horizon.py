@@ -38,7 +38,6 @@ from surefoot.control.mpc.cycle import (
 )
 from surefoot.control.push_observer import observing
 from surefoot.control.tracking import NO_GAIN, tracking_parameters
-from surefoot.dcm.nominal_gait import NominalGait
 from surefoot.errors import ParameterError
 from surefoot.interface import Command, Observation
 from surefoot.record import new_array
@@ -63,7 +62,7 @@ NEXT_NODE = 1e-9
 
 @dataclass(frozen=True)
 class Horizon:
-    """Intervals of a horizon, seen from one moment of a step.
+    """Intervals of a horizon, from one moment of a step on.
 
     Nodes lie at multiples of the sample since touchdown, so a touchdown is one of them; only the
     first interval is shorter.
@@ -192,25 +191,6 @@ def _solver() -> Callable[..., Any]:
     return optional_module("daqp", "model predictive control", "mpc").solve
 
 
-def samples_in(gait: NominalGait, sample: float) -> int:
-    """How many samples a step gets: it is divided evenly, so that touchdowns are nodes."""
-    return max(1, round(gait.step_duration / sample))
-
-
-def steps_ahead(gait: NominalGait, sample: float, samples: int) -> int:
-    """The most touchdowns inside a horizon."""
-    per_step = samples_in(gait, sample)
-    return (per_step - 1 + samples - 1) // per_step
-
-
-def horizons(gait: NominalGait, period: float, sample: float, samples: int) -> list[Horizon]:
-    """The horizon seen from each control cycle of a step."""
-    per_step = samples_in(gait, sample)
-    cycles = max(1, math.ceil(gait.step_duration / period - DUE))
-    node = gait.step_duration / per_step
-    return [horizon(cycle * period, node, samples, per_step) for cycle in range(cycles)]
-
-
 @dataclass(frozen=True)
 class RecedingHorizon(GaitController):
     """What every linear MPC does with its programs; what they are is the subclass's own.
@@ -242,9 +222,31 @@ class RecedingHorizon(GaitController):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        seen = horizons(self.gait, self.period, filled(self.sample), self.samples)
-        made = zip(*map(self.make_program, seen), strict=True)
+        made = zip(*map(self.make_program, self.horizons()), strict=True)
         object.__setattr__(self, "programs", Programs(*(np.array(part) for part in made)))
+
+    @property
+    def samples_per_step(self) -> int:
+        """How many samples a step gets: it is divided evenly, so that touchdowns are nodes."""
+        return max(1, round(self.gait.step_duration / filled(self.sample)))
+
+    @property
+    def node(self) -> float:
+        """From one node to the next [s]."""
+        return self.gait.step_duration / self.samples_per_step
+
+    @property
+    def steps_ahead(self) -> int:
+        """The most touchdowns inside a horizon."""
+        return (self.samples_per_step + self.samples - 2) // self.samples_per_step
+
+    def horizons(self) -> list[Horizon]:
+        """The horizon from each control cycle of a step on."""
+        cycles = max(1, math.ceil(self.gait.step_duration / self.period - DUE))
+        return [
+            horizon(cycle * self.period, self.node, self.samples, self.samples_per_step)
+            for cycle in range(cycles)
+        ]
 
     def check(self) -> None:
         """Refuse what no receding horizon can work with; load its solver.
@@ -265,20 +267,19 @@ class RecedingHorizon(GaitController):
     def make_parameters(self) -> MpcParameters:
         """Those of fixed steps and no trunk."""
         robot, gait = self.robot, self.gait
-        per_step = samples_in(gait, filled(self.sample))
         return MpcParameters(
             tracking=tracking_parameters(robot, gait, NO_GAIN, True, 0.0, self.period),
             nominal_step=[gait.step(side) for side in (Side.RIGHT, Side.LEFT)],
-            solve_period=self.solve_period,
-            sample=gait.step_duration / per_step,
-            samples_per_step=per_step,
+            solve_period=filled(self.solve_period),
+            sample=self.node,
+            samples_per_step=self.samples_per_step,
             samples=self.samples,
             unit=robot.com_height,
             moved=MOVED * robot.com_height,
             observing=observing(robot.omega, self.period, natural_length(robot, gait)),
         )
 
-    def make_program(self, seen: Horizon) -> tuple[NDArray[np.float64], ...]:
+    def make_program(self, ahead: Horizon) -> tuple[NDArray[np.float64], ...]:
         """Hessian, gain, rows and row_state of one control cycle, see `Programs`."""
         raise NotImplementedError(f"{type(self).__name__}.make_program")
 

@@ -30,8 +30,6 @@ from surefoot.control.mpc.horizon import (
     RecedingHorizon,
     placed_feet,
     push_response,
-    samples_in,
-    steps_ahead,
     velocity_response,
 )
 from surefoot.control.registry import method, variant
@@ -87,24 +85,21 @@ class FootPlacementMpc(RecedingHorizon):
             super()
             .make_parameters()
             .replace(
-                steps=steps_ahead(self.gait, filled(self.sample), self.samples),
+                steps=self.steps_ahead,
                 saved=evenly_timed(self.robot, self.gait.step_duration),
                 low=tables.low,
                 spacing=tables.spacing,
             )
         )
 
-    def make_program(self, seen: Horizon) -> tuple[NDArray[np.float64], ...]:
+    def make_program(self, ahead: Horizon) -> tuple[NDArray[np.float64], ...]:
         """Hessian, gain, rows and row_state of one control cycle."""
-        share = seen.lengths / (
-            self.gait.step_duration / samples_in(self.gait, filled(self.sample))
-        )
-        steps = steps_ahead(self.gait, filled(self.sample), self.samples)
-        from_dcm, from_zmp = velocity_response(self.gait.omega, seen.lengths)
-        response = np.hstack([from_zmp, from_zmp @ placed_feet(seen.feet, steps)])
+        share, steps = ahead.lengths / self.node, self.steps_ahead
+        from_dcm, from_zmp = velocity_response(self.gait.omega, ahead.lengths)
+        response = np.hstack([from_zmp, from_zmp @ placed_feet(ahead.feet, steps)])
         weighed = filled(self.velocity_weight) * share[:, None] * response
         own = np.concatenate([self.zmp_weight * share, np.full(steps, self.step_weight)])
-        from_push = push_response(from_zmp, seen.lengths, filled(self.push_horizon))
+        from_push = push_response(from_zmp, ahead.lengths, filled(self.push_horizon))
         gain = weighed.T @ np.stack([from_dcm, from_push], axis=1)
         none = np.zeros((0, self.samples + steps))
         return response.T @ weighed + np.diag(own), gain, none, none[:, :2]

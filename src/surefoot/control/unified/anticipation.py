@@ -303,7 +303,7 @@ def saved_share(landing, situation, push_x, push_y):
 def anticipate(landing, situation, more_x, more_y):
     """Write what the DCM may be at the landing: the push goes on, or ends just before it.
 
-    Until the landing can no longer be taken back the push is there to be seen, so for the side
+    Until the landing can no longer be taken back the push can be observed, so for the side
     away from it counts that it ends then: e k + f (k - e^(omega t_c)).
     """
     for i in range(2):

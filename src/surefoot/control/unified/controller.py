@@ -33,7 +33,7 @@ from surefoot.control.push_observer import (
     remember,
 )
 from surefoot.control.registry import method
-from surefoot.control.tracking import Plan, Tracking, plan_step, tracking_parameters
+from surefoot.control.tracking import Tracking, TrackingState, plan_step, tracking_parameters
 from surefoot.control.unified.anticipation import keep_way_back, margin
 from surefoot.control.unified.law import assess, command_landing, place_zmp
 from surefoot.control.unified.problem import (
@@ -43,9 +43,8 @@ from surefoot.control.unified.problem import (
     landing_parameters,
 )
 from surefoot.control.unified.solver import decide_landing, flag_limits
-from surefoot.control.validation import Validated, validate
+from surefoot.control.validation import validate
 from surefoot.dcm.nominal_gait import NominalGait, gait_room, nominal_gait
-from surefoot.interface import Command
 from surefoot.record import Record, copy_array, field
 from surefoot.robot.gait import GaitLimits
 from surefoot.robot.robot import Robot
@@ -61,15 +60,12 @@ class UnifiedParameters(Record):
     commitment: float = field("s", "how soon before a landing it can still be brought forward")
 
 
-class UnifiedState(Record):
+class UnifiedState(TrackingState):
     """What it remembers."""
 
-    plan: Plan = field("", "of the step under way")
-    validated: Validated = field("", "the observation")
     observer: PushObserver = field("", "of pushes")
     situation: Situation = field("", "of the last decision")
     decision: Decision = field("", "of the last cycle")
-    command: Command = field("", "of the last cycle")
 
 
 RESERVE, COMFORT = 0.025, 0.03
@@ -188,7 +184,7 @@ class UnifiedController(
             landing=self._landing(reach, room),
             anticipation=-math.expm1(-self.robot.omega * self.horizon),
             observing=observing(self.robot.omega, self.period, room),
-            commitment=self.commitment,
+            commitment=filled(self.commitment),
         )
 
     def _landing(self, reach: NDArray[np.float64], room: float) -> LandingParameters:

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 
 from surefoot.compiled import njit
-from surefoot.control.cycle import LARGEST_EXPONENT
+from surefoot.control.cycle import MAX_EXPONENT
 from surefoot.control.unified.anticipation import anticipate, corner_time, saved_share
 from surefoot.control.unified.problem import Limit, saved_after, soft_error
 from surefoot.dcm.support import nearest_under_foot
@@ -35,7 +35,7 @@ def mirror(support_side, axis):
 def assess(parameters, observation, plan, last_duration, force, situation, decision):
     """Write the situation: where everything is, and what the push may still do."""
     landing, omega = parameters.landing, parameters.landing.omega
-    elapsed = min(max(observation.elapsed, 0.0), LARGEST_EXPONENT / omega)
+    elapsed = min(max(observation.elapsed, 0.0), MAX_EXPONENT / omega)
     fastest = landing.max_speed
     for i in range(2):
         side = mirror(observation.support_side, i)

@@ -5,7 +5,7 @@ for the landing time T, k = tau e^(-omega t) the growth of the DCM offset e unti
 the ZMP reaches. The problem is to find X and tau that minimise
 
     1/2 a1 (X - X_ref)^2 + 1/2 a3 (tau - tau_ref)^2          stay with the gait,
-    + 1/2 a4 [|e k - d_ref - X| - c_g (k - 1) - delta]+^2     land where the DCM wants it, but for
+    + 1/2 a4 [|e k - d_ref - X| - c_g (k - 1) - delta]+^2     land where the DCM goes, but for
                                                               what the ZMP can take,
     + 1/2 w_v [v]+^2                                          keep what comes after possible,
     + 1/2 w_m [v + rho]+^2                                    and not only just,
