@@ -53,6 +53,4 @@ class Leaning(CompiledController, cycle=leaning_cycle, parameters=Tracking, stat
     gain: float = setting(DCM_GAIN, "-", "K_f / omega", above=0.0, search=(0.2, 3.0))
 
     def make_parameters(self):
-        return tracking_parameters(
-            self.robot, self.gait, self.gain * self.robot.omega, True, 0.0, self.period
-        )
+        return tracking_parameters(self, dcm_gain=self.gain * self.robot.omega)

@@ -21,7 +21,6 @@ from surefoot.control.fields import setting
 from surefoot.control.registry import method
 from surefoot.control.tracking import (
     EDGE_TOLERANCE,
-    NO_GAIN,
     Tracking,
     TrackingState,
     plan_step,
@@ -106,7 +105,5 @@ class CapturePointStepping(
 
     def make_parameters(self) -> Tracking:
         """Those of tracking, whose plan is used and whose gain is not."""
-        parameters = tracking_parameters(
-            self.robot, self.gait, NO_GAIN, self.ankle, 0.0, self.period
-        )
+        parameters = tracking_parameters(self)
         return parameters if self.ankle else parameters.replace(half_foot=(0.0, 0.0))

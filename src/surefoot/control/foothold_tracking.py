@@ -87,7 +87,10 @@ class FootholdTracking(
         """`Tracking` records, one for each step, and two for stepping in place for ever."""
         steps = plan_footholds(self.footholds, self.gait)
         common = tracking_parameters(
-            self.robot, self.gait, self.dcm_gain, self.project_zmp, self.double_support, self.period
+            self,
+            dcm_gain=self.dcm_gain,
+            project_zmp=self.project_zmp,
+            double_support=self.double_support,
         )
         rows = np.repeat(common.array, len(steps))
         for k, step in enumerate(steps):

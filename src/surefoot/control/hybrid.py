@@ -147,7 +147,7 @@ class StepDecider(
             offset_penalty=self.offset_penalty,
         )
 
-    def decider(self, tracking: Tracking, threshold: float) -> HybridParameters:
+    def hybrid_parameters(self, tracking: Tracking, threshold: float) -> HybridParameters:
         """The parameters, from those of tracking and the threshold [m]."""
         problems = [self.step_problem(side).array[0] for side in (Side.RIGHT, Side.LEFT)]
         parameters = HybridParameters(tracking=tracking, threshold=threshold, problem=problems)
@@ -219,9 +219,12 @@ class HybridController(StepDecider):
     def make_parameters(self) -> HybridParameters:
         """Those of tracking, and of the step problem past the threshold."""
         tracking = tracking_parameters(
-            self.robot, self.gait, self.dcm_gain, self.project_zmp, self.double_support, self.period
+            self,
+            dcm_gain=self.dcm_gain,
+            project_zmp=self.project_zmp,
+            double_support=self.double_support,
         )
-        return self.decider(tracking, filled(self.threshold))
+        return self.hybrid_parameters(tracking, filled(self.threshold))
 
     def offset_bounds(self, support_side: Side) -> tuple[tuple[float, float], tuple[float, float]]:
         """Those of the robot."""

@@ -40,7 +40,7 @@ from surefoot.control.preview_law import (
     walk_plan,
 )
 from surefoot.control.registry import method
-from surefoot.control.tracking import NO_GAIN, tracking_parameters
+from surefoot.control.tracking import tracking_parameters
 from surefoot.control.validation import accept_first, validate
 from surefoot.dcm.nominal_gait import NominalGait
 from surefoot.errors import ParameterError
@@ -248,7 +248,7 @@ class PreviewControl(
         )
         step_gain = np.zeros(MAX_SAMPLES + 1)
         step_gain[:samples] = np.cumsum(gains.preview[::-1])[::-1]
-        tracking = tracking_parameters(robot, gait, NO_GAIN, True, 0.0, self.period)
+        tracking = tracking_parameters(self)
         parameters = PreviewParameters(
             omega=robot.omega,
             period=self.period,

@@ -25,7 +25,7 @@ from surefoot.control.hybrid import (
     step_weight,
 )
 from surefoot.control.registry import method
-from surefoot.control.tracking import NO_GAIN, tracking_parameters
+from surefoot.control.tracking import tracking_parameters
 from surefoot.dcm.viability import viable_offsets
 from surefoot.robot.feet import Side
 
@@ -62,8 +62,7 @@ class StepTiming(StepDecider):
 
     def make_parameters(self) -> HybridParameters:
         """Those of a cycle that decides from no error on, and never tracks."""
-        tracking = tracking_parameters(self.robot, self.gait, NO_GAIN, True, 0.0, self.period)
-        return self.decider(tracking, 0.0)
+        return self.hybrid_parameters(tracking_parameters(self), 0.0)
 
     def offset_bounds(self, support_side: Side) -> tuple[tuple[float, float], tuple[float, float]]:
         """The viable offsets."""

@@ -263,7 +263,7 @@ class TimingNlp(GaitController):
         """Those of tracking, and of when to decide."""
         return TimingNlpParameters(
             tracking=tracking_parameters(
-                self.robot, self.gait, self.dcm_gain, self.project_zmp, 0.0, self.period
+                self, dcm_gain=self.dcm_gain, project_zmp=self.project_zmp
             ),
             threshold=filled(self.threshold),
             solve_period=filled(self.solve_period),

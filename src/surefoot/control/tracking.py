@@ -12,7 +12,7 @@ import math
 from dataclasses import dataclass
 
 from surefoot.compiled import njit
-from surefoot.control.base import CompiledController
+from surefoot.control.base import CompiledController, GaitController
 from surefoot.control.cycle import (
     SwingParameters,
     end_cycle,
@@ -20,18 +20,16 @@ from surefoot.control.cycle import (
     side_index,
 )
 from surefoot.control.defaults import DCM_GAIN, dcm_gain, double_support
-from surefoot.control.fields import setting
+from surefoot.control.fields import filled, setting
 from surefoot.control.plausibility import Gate, gate_parameters
 from surefoot.control.registry import method, variant
 from surefoot.control.validation import Validated, validate
 from surefoot.dcm.dcm_plan import planned_dcm, transition
-from surefoot.dcm.nominal_gait import NominalGait
 from surefoot.dcm.support import nearest_supported
 from surefoot.geometry import length
 from surefoot.interface import Command, Mode, Status
 from surefoot.record import Array, Record, Vector2, Vector3, field
 from surefoot.robot.feet import Side
-from surefoot.robot.robot import Robot
 
 
 class Tracking(Record):
@@ -80,7 +78,7 @@ class TrackingState(Record):
 
 
 NO_GAIN = 0.0
-"""For methods that take over the records of tracking, but not its law [1/s]."""
+"""Of methods that use the plan of tracking, but not its law [1/s]."""
 
 EDGE_TOLERANCE = 1e-11
 """A ZMP that projection moves no further than this part of half a sole was inside; where the sole
@@ -252,14 +250,21 @@ def tracking_cycle(parameters, state, observation, next_state):
 
 
 def tracking_parameters(
-    robot: Robot,
-    gait: NominalGait,
-    dcm_gain: float | None,
-    project_zmp: bool,
-    double_support: float,
-    period: float,
+    controller: GaitController,
+    *,
+    dcm_gain: float | None = NO_GAIN,
+    project_zmp: bool = True,
+    double_support: float = 0.0,
 ) -> Tracking:
-    """The parameters of a robot and a gait; K_f is the robot's own if None."""
+    """The parameters of a controller.
+
+    Args:
+        controller: of which robot, gait and period are read.
+        dcm_gain: K_f, if its ZMP tracks the plan [1/s].
+        project_zmp: whether that stays inside the foot.
+        double_support: fraction of a step for which both feet share the load.
+    """
+    robot, gait, period = controller.robot, controller.gait, controller.period
     gate, swing = gate_parameters(robot, period), robot.swing
     # By support side, right first.
     sides = Side.RIGHT, Side.LEFT
@@ -269,7 +274,7 @@ def tracking_parameters(
     flight = gait.step_duration * (1.0 - double_support)
     return Tracking(
         omega=robot.omega,
-        zmp_gain=1.0 + (DCM_GAIN if dcm_gain is None else dcm_gain / robot.omega),
+        zmp_gain=1.0 + filled(dcm_gain) / robot.omega,
         half_foot=robot.foot.half if project_zmp else (math.inf, math.inf),
         step_duration=gait.step_duration,
         next_step_duration=gait.step_duration,
@@ -323,7 +328,10 @@ class DcmTracking(
     def make_parameters(self) -> Tracking:
         """Those of the robot and its gait."""
         return tracking_parameters(
-            self.robot, self.gait, self.dcm_gain, self.project_zmp, self.double_support, self.period
+            self,
+            dcm_gain=self.dcm_gain,
+            project_zmp=self.project_zmp,
+            double_support=self.double_support,
         )
 
 

@@ -37,7 +37,7 @@ from surefoot.control.mpc.cycle import (
     prepare,
 )
 from surefoot.control.push_observer import observing
-from surefoot.control.tracking import NO_GAIN, tracking_parameters
+from surefoot.control.tracking import tracking_parameters
 from surefoot.errors import ParameterError
 from surefoot.interface import Command, Observation
 from surefoot.record import new_array
@@ -268,7 +268,7 @@ class RecedingHorizon(GaitController):
         """Those of fixed steps and no trunk."""
         robot, gait = self.robot, self.gait
         return MpcParameters(
-            tracking=tracking_parameters(robot, gait, NO_GAIN, True, 0.0, self.period),
+            tracking=tracking_parameters(self),
             nominal_step=[gait.step(side) for side in (Side.RIGHT, Side.LEFT)],
             solve_period=filled(self.solve_period),
             sample=self.node,

@@ -178,9 +178,7 @@ class UnifiedController(
         reach = np.array(self.robot.foot.half) if self.ankle else np.zeros(2)
         room = gait_room(self.robot, self.gait, (reach[0], reach[1]))
         return UnifiedParameters(
-            tracking=tracking_parameters(
-                self.robot, self.gait, self.dcm_gain, self.ankle, 0.0, self.period
-            ),
+            tracking=tracking_parameters(self, dcm_gain=self.dcm_gain, project_zmp=self.ankle),
             landing=self._landing(reach, room),
             anticipation=-math.expm1(-self.robot.omega * self.horizon),
             observing=observing(self.robot.omega, self.period, room),
