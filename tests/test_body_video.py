@@ -171,7 +171,7 @@ def test_without_opengl_the_remedy_is_told(tmp_path: Path) -> None:
     code = (
         "import sys; sys.modules['mujoco.egl'] = None\n"
         "import surefoot as sf\n"
-        "from surefoot.show.off_screen import OffScreen\n"
+        "from surefoot.show.scene import OffScreen\n"
         "model = sf.load_multibody(sf.load_robot('paper-biped')).model\n"
         "try: OffScreen(model, 64, 64)\n"
         "except sf.SurefootError as error: print(type(error).__name__, error)"

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from surefoot.options import json_option, print_json
+from surefoot.options import check_plotting, json_option, path_option, print_json
 
 if TYPE_CHECKING:
     from surefoot.robot.robot import Robot
@@ -84,10 +84,7 @@ def _print_presets(presets: list[Robot]) -> None:
 
 @robots.command()
 @click.argument("robot", metavar="NAME|FILE.toml")
-@click.option(
-    "--picture", type=click.Path(path_type=Path), metavar="FILE",
-    help="Draw the nominal pose with soles and frames (.png, .pdf, .svg).",
-)  # fmt: skip
+@path_option("--picture", about="Draw the nominal pose with soles and frames (.png, .pdf, .svg).")
 @json_option
 @click.pass_context
 def check(context: click.Context, robot: str, picture: Path | None, as_json: bool) -> None:
@@ -149,7 +146,6 @@ def _check_picture(path: Path) -> None:
 
     from surefoot.checks import check_writable
     from surefoot.errors import DisplayError
-    from surefoot.options import check_plotting
 
     check_plotting()
     check_writable(path, (".png", ".pdf", ".svg"))

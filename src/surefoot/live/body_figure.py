@@ -9,10 +9,11 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
-from surefoot.live.figure import GHOST, rgb
+from surefoot.live.figure import GHOST
 from surefoot.robot.multibody import Multibody
 from surefoot.rollout.snapshot import Snapshot
-from surefoot.show.off_screen import shown_groups
+from surefoot.show.palette import rgb
+from surefoot.show.scene import shown_groups
 
 DARKEST = 60
 """Mean of red, green and blue of a shape, so that a black robot shows its joints."""

@@ -7,22 +7,20 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from matplotlib import style
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
-from surefoot.checks import check_writable
 from surefoot.control.unified.problem import Limit
 from surefoot.dcm.leg import furthest
 from surefoot.dcm.nominal_gait import NominalGait
 from surefoot.robot.feet import Side
 from surefoot.rollout.rollout import Rollout
 from surefoot.show import palette
-from surefoot.show.picture_file import FORMATS, write_picture
-from surefoot.show.stances import Stance, broken, stances
+from surefoot.show.picture_file import draw_picture
+from surefoot.show.stances import Stance, broken, runs, stances
 from surefoot.show.walk_events import shade_push_in_time
 from surefoot.show.words import LIMIT_WORDS, title
 
@@ -80,10 +78,7 @@ def draw_decisions(walks: Sequence[DecidedWalk], path: Path) -> None:
     Raises:
         FileError: another ending, or the file cannot be written.
     """
-    check_writable(path, FORMATS)
-    with style.context(["default", palette.STYLE]):
-        figure = decision_figure(walks)
-    write_picture(figure, path, "decisions of the unified controller")
+    draw_picture(lambda: decision_figure(walks), path, "decisions of the unified controller")
 
 
 def decision_figure(walks: Sequence[DecidedWalk]) -> Figure:
@@ -107,7 +102,7 @@ def decision_figure(walks: Sequence[DecidedWalk]) -> Figure:
             top -= tall
             ax = figure.add_axes((left / width, top / height, wide / width, tall / height))
             top -= _GAP
-            ax.grid(axis="y", color="#e8e8e8", linewidth=0.5)
+            ax.grid(axis="y", color=palette.GRID, linewidth=0.5)
             ax.set_axisbelow(True)
             ax.tick_params(labelbottom=False, labelleft=column == 0)
             if column == 0:
@@ -241,11 +236,9 @@ def _draw_limits(ax: Axes, walk: DecidedWalk) -> None:
     """A bar for as long as a limit shaped the decisions, brief interruptions left out."""
     time, active = walk.rollout.time, walk.decided["active"]
     for row, limit in enumerate(LIMIT_WORDS):
-        flags = (active & int(limit)) != 0
-        edges = np.flatnonzero(np.diff(np.concatenate(([0], flags.astype(int), [0]))))
         bars: list[tuple[float, float]] = []
-        for first, last in edges.reshape(-1, 2):
-            start, end = float(time[first]), float(time[min(last, len(time) - 1)])
+        for run in runs((active & int(limit)) != 0):
+            start, end = float(time[run.start]), float(time[min(run.stop, len(time) - 1)])
             if bars and start - sum(bars[-1]) < _BRIEF:
                 start = bars.pop()[0]
             bars.append((start, max(end - start, _THIN)))

@@ -12,14 +12,14 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Rectangle
 from numpy.typing import NDArray
 
+from surefoot.dcm.frame_turn import rotated
 from surefoot.robot.feet import Side
 from surefoot.robot.robot import Foot
 from surefoot.rollout.rollout import Rollout
-from surefoot.rollout.trace import BodyTrace
 from surefoot.show import palette
-from surefoot.show.ground import metres_per_inch
+from surefoot.show.page import units_per_inch
 from surefoot.show.picture_file import HALO
-from surefoot.show.stances import Stance, pair
+from surefoot.show.stances import Stance, pair, runs
 
 SAME_PLACE = 0.05
 """Footprints of one foot that are closer than this share a number [m]."""
@@ -36,47 +36,28 @@ class Sole:
         centre: of the sole (x, y) [m].
         yaw: its heading [rad].
         side: which foot.
+        samples: the cycles in which it carried.
         name: of the patch in the picture.
         numbers: of the steps that brought it there; empty for a foot that stood at the start, and
             on a body, whose steps are not numbered.
+        online: whether one of these was decided online.
     """
 
     centre: tuple[float, float]
     yaw: float
     side: Side
+    samples: slice
     name: str
     numbers: tuple[int, ...] = ()
+    online: bool = False
 
     def rectangle(self, foot: Foot, **look: Any) -> Rectangle:
         """Its outline in true size."""
+        half_x, half_y = foot.half
         return Rectangle(
-            (self.centre[0] - foot.half[0], self.centre[1] - foot.half[1]),
-            foot.length,
-            foot.width,
-            angle=math.degrees(self.yaw),
-            rotation_point="center",
-            gid=self.name,
-            **look,
-        )
-
-
-def standing_places(trace: BodyTrace) -> list[tuple[int, int, NDArray[np.float64], float]]:
-    """Where the feet of a body stood: the cycle in which one began to, foot, place and heading.
-
-    A place is that of the middle of the stance: a foot that lands still settles.
-
-    Returns:
-        (cycle, foot, (x, y) [m], yaw [rad]) in order of time.
-    """
-    found = []
-    for foot in (0, 1):
-        carries = (~trace.walking) | (trace.support == foot)
-        edges = np.flatnonzero(np.diff(np.concatenate(([0], carries.astype(int), [0]))))
-        for first, last in edges.reshape(-1, 2).tolist():
-            middle = (first + last) // 2
-            place = trace.sole_position[middle, foot, :2]
-            found.append((first, foot, place, float(trace.sole_turn[middle, foot, 2])))
-    return sorted(found, key=lambda item: item[:2])
+            (self.centre[0] - half_x, self.centre[1] - half_y), foot.length, foot.width,
+            angle=math.degrees(self.yaw), rotation_point="center", gid=self.name, **look,
+        )  # fmt: skip
 
 
 def soles(rollout: Rollout, parts: list[Stance]) -> list[Sole]:
@@ -86,24 +67,29 @@ def soles(rollout: Rollout, parts: list[Stance]) -> list[Sole]:
         rollout: the walk.
         parts: its stances; of a body none are needed.
     """
-    if rollout.body is not None:
-        return [
-            Sole(pair(place), yaw, Side(2 * foot - 1), f"sole-{index}")
-            for index, (_, foot, place, yaw) in enumerate(standing_places(rollout.body))
-        ]
-    start, yaw = pair(rollout.swing_foot[0][:2]), float(rollout.observations["swing_yaw"][0])
-    # The swing foot's first place belongs to no step of the run.
-    first = Sole(start, yaw, parts[0].side.other, "footprint-start")
-    return [
-        first,
-        *(
+    body = rollout.body
+    if body is None:
+        # The swing foot's first place belongs to no step of the run.
+        start, yaw = pair(rollout.swing_foot[0]), float(rollout.observations["swing_yaw"][0])
+        first = Sole(start, yaw, parts[0].side.other, slice(0, 0), "footprint-start")
+        online = (False, *(part.adapted for part in parts))
+        landed = (
             Sole(
-                part.support_foot, part.yaw, part.side, f"footprint-{part.number - 1}",
-                (part.number - 1,),
+                part.support_foot, part.yaw, part.side, part.samples,
+                f"footprint-{part.number - 1}", (part.number - 1,), adapted,
             )
-            for part in parts
-        ),
-    ]  # fmt: skip
+            for part, adapted in zip(parts, online, strict=False)
+        )  # fmt: skip
+        return [first, *landed]
+    found = []
+    for foot, side in enumerate((Side.LEFT, Side.RIGHT)):
+        for samples in runs(~body.walking | (body.support == foot)):
+            # A foot that lands still settles: its place is that in the middle of the stance.
+            middle = (samples.start + samples.stop) // 2
+            place, yaw = body.sole_position[middle, foot], float(body.sole_turn[middle, foot, 2])
+            name = f"sole-{side.name.lower()}-{samples.start}"
+            found.append(Sole(pair(place), yaw, side, samples, name))
+    return sorted(found, key=lambda sole: sole.samples.start)
 
 
 def missed_soles(rollout: Rollout, parts: list[Stance]) -> list[Sole]:
@@ -114,97 +100,65 @@ def missed_soles(rollout: Rollout, parts: list[Stance]) -> list[Sole]:
     """
     if rollout.body is None:
         return [
-            Sole(part.moved_from, part.yaw, part.side.other, f"nominal-landing-{part.number}")
+            Sole(
+                part.moved_from, part.yaw, part.side.other, part.samples,
+                f"nominal-landing-{part.number}",
+            )
             for part in parts
             if part.moved_from is not None
-        ]
+        ]  # fmt: skip
     found = []
-    for index, (row, foot, place, yaw) in enumerate(standing_places(rollout.body)):
-        if row == 0 or not rollout.body.walking[row - 1]:
-            continue
-        target = rollout.commands["step_location"][row - 1]
-        if math.dist(target, place) > MISSED:
-            found.append(Sole(pair(target), yaw, Side(2 * foot - 1), f"target-{index}"))
+    for sole in soles(rollout, parts):
+        before = sole.samples.start - 1
+        if before >= 0 and rollout.body.walking[before]:
+            target = pair(rollout.commands["step_location"][before])
+            if math.dist(target, sole.centre) > MISSED:
+                found.append(replace(sole, centre=target, name=f"target-of-{sole.name}"))
     return found
 
 
 def draw_footprints(ax: Axes, rollout: Rollout, parts: list[Stance]) -> None:
     """Draw the soles, and the outlines of those that were to land elsewhere."""
-    body = rollout.body
-    foot = rollout.robot.foot if body is None else body.robot.foot
-    adapted = _adapted(parts)
+    foot = rollout.robot.foot
     for sole in soles(rollout, parts):
-        online = not adapted.isdisjoint(sole.numbers)
+        edge = palette.ADAPTED if sole.online else palette.SOLE_EDGE[sole.side]
+        width, zorder = (1.8, 1.5) if sole.online else (0.8, 1.0)
+        colour = palette.SOLE[sole.side]
         ax.add_patch(
-            sole.rectangle(
-                foot,
-                facecolor=palette.SOLE[sole.side],
-                edgecolor=palette.ADAPTED if online else palette.SOLE_EDGE[sole.side],
-                linewidth=1.8 if online else 0.8,
-                zorder=1.5 if online else 1.0,
-            )
+            sole.rectangle(foot, facecolor=colour, edgecolor=edge, linewidth=width, zorder=zorder)
         )
-    width, dashes = (1.0, (0, (3.5, 2.5))) if body is None else (0.8, palette.DASHES)
     for sole in missed_soles(rollout, parts):
-        ax.add_patch(
-            sole.rectangle(
-                foot, fill=False, edgecolor=palette.ADAPTED, linewidth=width, linestyle=dashes,
-                zorder=1.6,
-            )
-        )  # fmt: skip
+        ax.add_patch(sole.rectangle(foot, **palette.MISSED, zorder=1.6))
 
 
 def number_footprints(ax: Axes, rollout: Rollout, parts: list[Stance]) -> None:
     """Write the number of its step at the outer side of every sole; sideways, at its ends."""
-    adapted = _adapted(parts)
     ahead = np.array([1.0, 0.0] if _walks_sideways(rollout, parts) else [0.0, 1.0])
-    # Where steps crowd, those that were decided online are the ones to name.
-    places = sorted(_places(rollout, parts), key=lambda place: adapted.isdisjoint(place.numbers))
     taken: list[NDArray[np.float64]] = []
-    for place in places:
+    # Where steps crowd, those that were decided online are the ones to name.
+    for place in sorted(_places(rollout, parts), key=lambda place: not place.online):
         outward = ahead if place.side is Side.LEFT else -ahead
-        spot = place.centre + _rotated(outward * rollout.robot.foot.half, place.yaw)
-        way = _rotated(outward, place.yaw)
-        spacing = np.array([0.23, 0.15]) * metres_per_inch(ax)
+        spot = place.centre + np.array(rotated(outward * rollout.robot.foot.half, place.yaw))
+        spacing = np.array([0.23, 0.15]) * units_per_inch(ax)
         if any(np.all(np.abs(spot - other) < spacing) for other in taken):
             continue
         taken.append(spot)
-        online = not adapted.isdisjoint(place.numbers)
+        x, y = rotated(outward, place.yaw)
         ax.annotate(
-            _listed(place.numbers),
-            pair(spot),
-            xytext=pair(3.0 * way),
-            textcoords="offset points",
-            ha=("right", "center", "left")[1 + round(way[0])],
-            va=("top", "center", "bottom")[1 + round(way[1])],
-            fontsize=8.5 if online else 7.5,
-            fontweight="bold" if online else "normal",
-            color=palette.ADAPTED if online else palette.QUIET,
-            path_effects=HALO,
-            gid=f"number-{place.numbers[0]}",
-            zorder=6.0,
-        )
-
-
-def _adapted(parts: list[Stance]) -> set[int]:
-    """Numbers of the steps that were decided online."""
-    return {part.number for part in parts if part.adapted}
+            _listed(place.numbers), pair(spot), xytext=(3.0 * x, 3.0 * y),
+            textcoords="offset points", ha=("right", "center", "left")[1 + round(x)],
+            va=("top", "center", "bottom")[1 + round(y)], **palette.step_number(place.online),
+            path_effects=HALO, gid=f"number-{place.numbers[0]}", zorder=6.0,
+        )  # fmt: skip
 
 
 def _walks_sideways(rollout: Rollout, parts: list[Stance]) -> bool:
     """Whether the feet, in their own directions, moved to the side more than ahead."""
-    moved = sum(
-        _rotated(np.subtract(after.support_foot, before.support_foot), -before.yaw)
-        for before, after in pairwise(parts)
-    )
-    ahead, aside = np.abs(moved) * np.ones(2)
+    moved = np.zeros(2)
+    for before, after in pairwise(parts):
+        moved += rotated(np.subtract(after.support_foot, before.support_foot), -before.yaw)
+    ahead, aside = np.abs(moved)
     return bool(aside > max(ahead, rollout.robot.hip))
-
-
-def _rotated(vector: NDArray[np.float64], angle: float) -> NDArray[np.float64]:
-    """A vector rotated counter-clockwise by an angle [rad]."""
-    cos, sin = math.cos(angle), math.sin(angle)
-    return np.array([cos * vector[0] - sin * vector[1], sin * vector[0] + cos * vector[1]])
 
 
 def _places(rollout: Rollout, parts: list[Stance]) -> list[Sole]:
@@ -213,7 +167,8 @@ def _places(rollout: Rollout, parts: list[Stance]) -> list[Sole]:
     for sole in soles(rollout, parts)[1:]:
         for index, place in enumerate(places):
             if sole.side is place.side and math.dist(sole.centre, place.centre) < SAME_PLACE:
-                places[index] = replace(place, numbers=place.numbers + sole.numbers)
+                numbers, online = place.numbers + sole.numbers, place.online or sole.online
+                places[index] = replace(place, numbers=numbers, online=online)
                 break
         else:
             places.append(sole)

@@ -10,10 +10,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from surefoot.show.ground import LINE, Extent
+from surefoot.show.stances import pair
 
 WIDTH, BODY_WIDTH = 11.0, 12.0
 """Of the page [in]."""
@@ -33,8 +34,36 @@ TALLEST, SHORTEST = 4.6, 1.7
 COARSEST, HIGHEST = 0.25, 7.5
 """A top view whose scale would be coarser [m/in] is as much taller, up to this height [in]."""
 
+LINE = 0.19
+"""Distance between two lines of words [in]."""
+
 Box = tuple[float, float, float, float]
 """Left, top, width and height from the upper left corner of the page, downwards [in]."""
+
+
+@dataclass(frozen=True)
+class Extent:
+    """The part of the ground that a picture shows.
+
+    Attributes:
+        low: smallest x and y [m].
+        high: largest x and y [m].
+    """
+
+    low: tuple[float, float]
+    high: tuple[float, float]
+
+    @property
+    def size(self) -> tuple[float, float]:
+        """Extent in x and in y [m]."""
+        return self.high[0] - self.low[0], self.high[1] - self.low[1]
+
+    def filling(self, width: float, height: float) -> Extent:
+        """The extent, grown in one direction to the proportions of a box."""
+        (size_x, size_y), middle = self.size, np.add(self.low, self.high) / 2.0
+        scale = max(size_x / width, size_y / height)
+        half = np.array([width, height]) * scale / 2.0
+        return Extent(pair(middle - half), pair(middle + half))
 
 
 @dataclass(frozen=True)
@@ -69,6 +98,17 @@ class Page:
     def at(self, left: float, top: float) -> tuple[float, float]:
         """A place as matplotlib wants it: parts of the figure, from the lower left corner."""
         return left / self.width, 1.0 - top / self.height
+
+
+def width_of(ax: Axes) -> float:
+    """Of axes [in]."""
+    return ax.get_position().width * ax.figure.get_figure(root=True).get_size_inches()[0]
+
+
+def units_per_inch(ax: Axes) -> float:
+    """The scale of x: of a top view [m/in], of a plot over time [s/in]."""
+    low, high = ax.get_xlim()
+    return (high - low) / width_of(ax)
 
 
 def view_size(extent: Extent, of_body: bool) -> tuple[float, float]:

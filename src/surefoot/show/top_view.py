@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -13,30 +11,15 @@ from numpy.typing import NDArray
 
 from surefoot.dcm.viability import fall_distance
 from surefoot.robot.floor import laid_boards
-from surefoot.rollout.measures import planned_com
 from surefoot.rollout.rollout import Rollout
 from surefoot.rollout.trace import BodyTrace
 from surefoot.show import palette
+from surefoot.show.curves import curves, sole_reach
 from surefoot.show.footprints import draw_footprints, missed_soles, number_footprints, soles
-from surefoot.show.ground import (
-    Extent,
-    draw_ground,
-    draw_push,
-    label_pushes,
-    metres_per_inch,
-    push_arrow,
-)
-from surefoot.show.palette import DASHES
+from surefoot.show.page import Extent, units_per_inch
 from surefoot.show.picture_file import HALO
-from surefoot.show.stances import (
-    Stance,
-    acting_pushes,
-    broken,
-    broken_plan,
-    pair,
-    sole_reach,
-    touchdown_cycles,
-)
+from surefoot.show.stances import Stance, acting_pushes, pair, touchdown_cycles
+from surefoot.show.walk_events import draw_push, label_pushes, push_arrow
 
 MARGIN = 0.1
 """Free space around what is drawn [m]."""
@@ -51,6 +34,9 @@ away [m]."""
 INSET = 0.1
 """Of the mark of a body's fall whose place is beyond the picture [in]."""
 
+ONLY_OVER_TIME = ("zmp-plan",)
+"""Lines that the view from above has no room for."""
+
 DOT_SPACING = 0.03
 """Distance of the dots that show the ZMP where it rests [m]."""
 
@@ -63,8 +49,7 @@ def extent(rollout: Rollout, parts: list[Stance]) -> Extent:
     body = rollout.body
     shown = soles(rollout, parts) + (missed_soles(rollout, parts) if body is None else [])
     centres = np.array([sole.centre for sole in shown])
-    foot = rollout.robot.foot if body is None else body.robot.foot
-    reach = sole_reach(foot, np.array([sole.yaw for sole in shown]))
+    reach = sole_reach(rollout.robot.foot, np.array([sole.yaw for sole in shown]))
     near = NEARBY if body is not None else fall_distance(rollout.robot)
     dcm, com = (_near(rollout, path, near) for path in (rollout.dcm, rollout.com))
     tails = [push_arrow(rollout, push)[0] for push in acting_pushes(rollout)]
@@ -98,7 +83,13 @@ def draw_top_view(ax: Axes, rollout: Rollout, parts: list[Stance], shown: Extent
         parts: its stances; of a body none are needed.
         shown: the ground to show.
     """
-    draw_ground(ax, shown)
+    ax.set_aspect("equal")
+    ax.set(
+        xlim=(shown.low[0], shown.high[0]), ylim=(shown.low[1], shown.high[1]), xlabel="x [m]",
+        ylabel="y [m]",
+    )  # fmt: skip
+    ax.grid(color=palette.GRID, linewidth=0.5, zorder=0)
+    ax.set_axisbelow(True)
     if rollout.body is not None:
         _draw_boards(ax, rollout.body, shown)
     draw_footprints(ax, rollout, parts)
@@ -106,8 +97,13 @@ def draw_top_view(ax: Axes, rollout: Rollout, parts: list[Stance], shown: Extent
         number_footprints(ax, rollout, parts)
     for index, push in enumerate(acting_pushes(rollout)):
         draw_push(ax, rollout, push, index)
-    for name, points, look in _paths(rollout, parts):
-        ax.plot(*points.T, gid=name, **look)
+    for curve in curves(rollout, parts):
+        if curve.name not in ONLY_OVER_TIME:
+            ax.plot(*curve.points.T, gid=curve.name, **curve.look)
+    if rollout.body is None:
+        dots = rollout.zmp[_spaced(rollout.zmp)]
+        ax.plot(*dots.T, ".", color=palette.ZMP, markersize=4.0, markeredgewidth=0, zorder=3.1,
+                gid="zmp-points")  # fmt: skip
     landed = touchdown_cycles(rollout)
     ax.plot(
         *rollout.dcm[landed].T, "o", color="white", markeredgecolor=palette.DCM, markersize=3.6,
@@ -131,36 +127,6 @@ def _draw_boards(ax: Axes, trace: BodyTrace, shown: Extent) -> None:
                 gid=f"board-{index}",
             )
         )  # fmt: skip
-
-
-def _paths(
-    rollout: Rollout, parts: list[Stance]
-) -> Iterator[tuple[str, NDArray[np.float64], dict[str, Any]]]:
-    """Name, points and look of every line; those of a body, which has more of them, are thinner."""
-    plan = {"color": palette.DCM_PLAN, "linestyle": DASHES, "zorder": 4.2}
-    com = {"color": palette.COM, "linewidth": 1.3, "zorder": 4.15}
-    if rollout.body is not None:
-        zmp = {"color": palette.ZMP, "linewidth": 1.0, "alpha": 0.9, "zorder": 3.0}
-        yield "zmp", rollout.zmp, zmp
-        yield "dcm", rollout.dcm, {"color": palette.DCM, "linewidth": 1.8, "zorder": 4.1}
-        yield "com", rollout.com, com
-        yield "dcm-plan", broken_plan(rollout, parts), {"linewidth": 1.0, **plan}
-        look = {"color": palette.COM_PLAN, "linewidth": 1.0, "linestyle": DASHES, "zorder": 4.25}
-        yield "com-plan", planned_com(rollout, rollout.body), look
-        return
-    yield "zmp", broken(rollout.zmp, parts), {"color": palette.ZMP, "linewidth": 1.2, "zorder": 3.0}
-    dots = {"color": palette.ZMP, "marker": ".", "markersize": 4.0, "markeredgewidth": 0}
-    yield (
-        "zmp-points", rollout.zmp[_spaced(rollout.zmp)],
-        {"linestyle": "none", "zorder": 3.1, **dots},
-    )  # fmt: skip
-    if rollout.zmp_excess.any():
-        outside = np.where(rollout.zmp_excess[:, None] > 0.0, rollout.zmp, np.nan)
-        look = {"color": palette.ALARM, "linewidth": 2.6, "solid_capstyle": "round", "zorder": 3.2}
-        yield "zmp-outside", broken(outside, parts), look
-    yield "com", rollout.com, com
-    yield "dcm", rollout.dcm, {"color": palette.DCM, "linewidth": 2.0, "zorder": 4.1}
-    yield "dcm-plan", broken_plan(rollout, parts), {"linewidth": 1.1, **plan}
 
 
 def _spaced(points: NDArray[np.float64]) -> list[int]:
@@ -188,7 +154,7 @@ def _mark_fall(ax: Axes, rollout: Rollout, shown: Extent) -> None:
         )  # fmt: skip
         inset, offset = 0.0, -4.0
     else:
-        words, inset, offset = f"{words}: {fall.cause.value}", INSET * metres_per_inch(ax), 8.0
+        words, inset, offset = f"{words}: {fall.cause.value}", INSET * units_per_inch(ax), 8.0
     x, y = pair(np.clip(dcm, np.add(shown.low, inset), np.subtract(shown.high, inset)))
     ax.plot(
         *(dcm if fall is None else (x, y)), "X", color=palette.ALARM, markersize=10.0,
@@ -197,16 +163,8 @@ def _mark_fall(ax: Axes, rollout: Rollout, shown: Extent) -> None:
     right = x > 0.5 * (shown.low[0] + shown.high[0])
     above = y < 0.5 * (shown.low[1] + shown.high[1])
     ax.annotate(
-        words,
-        (x, y),
-        xytext=(-offset if right else offset, 8.0 if above else -8.0),
-        textcoords="offset points",
-        ha="right" if right else "left",
-        va="bottom" if above else "top",
-        fontsize=8.5,
-        fontweight="bold",
-        color=palette.ALARM,
-        path_effects=HALO,
-        zorder=6.0,
-        gid="fall-label",
-    )
+        words, (x, y), xytext=(-offset if right else offset, 8.0 if above else -8.0),
+        textcoords="offset points", ha="right" if right else "left",
+        va="bottom" if above else "top", fontsize=8.5, fontweight="bold", color=palette.ALARM,
+        path_effects=HALO, zorder=6.0, gid="fall-label",
+    )  # fmt: skip

@@ -1,4 +1,7 @@
-"""What happened when: touchdowns, pushes, decisions online, new commands, the fall."""
+"""What happened: touchdowns, pushes, decisions online, new commands, the fall.
+
+From above a push is an arrow at the CoM, the stretch of CoM and DCM under it, and its words.
+"""
 
 from __future__ import annotations
 
@@ -7,20 +10,27 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from numpy.typing import NDArray
+from matplotlib.patches import FancyArrowPatch
 
 from surefoot.dcm.pushes import Push
 from surefoot.rollout.rollout import Rollout
 from surefoot.show import palette
+from surefoot.show.page import LINE, Extent, units_per_inch
 from surefoot.show.picture_file import HALO
 from surefoot.show.stances import (
     Stance,
     acting_pushes,
     commanded,
+    pair,
     push_opacity,
+    push_samples,
+    runs,
     touchdown_cycles,
 )
-from surefoot.show.words import command_label, command_words
+from surefoot.show.words import command_label, command_words, push_label
+
+LABELLED_PUSHES = 4
+"""Of more pushes than this, only the strongest have words."""
 
 
 def mark_events(ax: Axes, rollout: Rollout, parts: list[Stance]) -> None:
@@ -76,31 +86,21 @@ def shade_push_in_time(ax: Axes, rollout: Rollout) -> None:
 def _shade_pushes(ax: Axes, rollout: Rollout) -> None:
     for index, push in enumerate(acting_pushes(rollout)):
         ax.axvspan(
-            max(push.start, rollout.time[0]),
-            min(push.end, rollout.time[-1]),
-            facecolor=palette.PUSH,
-            edgecolor="none",
-            alpha=push_opacity(rollout, push),
-            zorder=1.5,
-            gid=f"push-{ax.get_gid()}-{index}",
-        )
+            max(push.start, rollout.time[0]), min(push.end, rollout.time[-1]),
+            facecolor=palette.PUSH, edgecolor="none", alpha=push_opacity(rollout, push),
+            zorder=1.5, gid=f"push-{ax.get_gid()}-{index}",
+        )  # fmt: skip
 
 
 def _hatch_decisions(ax: Axes, rollout: Rollout, parts: list[Stance]) -> None:
     for part in parts:
-        for first, last in _runs(rollout.adapting, part.samples):
-            end = part.end if last == part.samples.stop else rollout.time[last]
+        for run in runs(rollout.adapting[part.samples], part.samples.start):
+            end = part.end if run.stop == part.samples.stop else float(rollout.time[run.stop])
             ax.axvspan(
-                rollout.time[first],
-                end,
-                facecolor="none",
-                edgecolor=palette.ADAPTED,
-                hatch="////",
-                linewidth=0.0,
-                alpha=0.3,
-                zorder=1.4,
-                gid=f"adapting-{ax.get_gid()}-{first}",
-            )
+                float(rollout.time[run.start]), end, facecolor="none", edgecolor=palette.ADAPTED,
+                hatch="////", linewidth=0.0, alpha=0.3, zorder=1.4,
+                gid=f"adapting-{ax.get_gid()}-{run.start}",
+            )  # fmt: skip
 
 
 def _draw_instants(ax: Axes, name: str, times: list[float], **look: Any) -> None:
@@ -108,13 +108,6 @@ def _draw_instants(ax: Axes, name: str, times: list[float], **look: Any) -> None
     if times:
         across, gid = ax.get_xaxis_transform(), f"{name}-{ax.get_gid()}"
         ax.vlines(times, 0.0, 1.0, transform=across, gid=gid, **look)
-
-
-def _runs(flags: NDArray[np.bool_], samples: slice) -> list[tuple[int, int]]:
-    """First index and one past the last index of every run of True among some samples."""
-    edges = np.diff(np.concatenate(([0], flags[samples].astype(int), [0])))
-    runs = np.flatnonzero(edges).reshape(-1, 2) + samples.start
-    return [(int(first), int(last)) for first, last in runs]
 
 
 def name_events(ax: Axes, rollout: Rollout) -> None:
@@ -154,3 +147,95 @@ def _name(
         xytext=(-3.0 if left else 3.0, 0.0), textcoords="offset points",
         ha="right" if left else "left", va="top", path_effects=HALO, zorder=5.0, gid=gid, **look,
     )  # fmt: skip
+
+
+def push_arrow(rollout: Rollout, push: Push) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Tail and tip of a push: the weight of the robot would be as long as its CoM is high."""
+    robot = rollout.robot
+    force = math.hypot(*push.force)
+    tip = pair(rollout.com[push_samples(rollout, push).start])
+    if force == 0.0:
+        return tip, tip
+    length = robot.com_height * min(max(force / (robot.mass * robot.gravity), 0.1), 0.7)
+    way = np.array(push.force) / force
+    return pair(tip - length * way), tip
+
+
+def draw_push(ax: Axes, rollout: Rollout, push: Push, index: int) -> None:
+    """Draw one push: yellow under CoM and DCM while it acts, and an arrow whose tip is at the CoM.
+
+    Args:
+        ax: the top view.
+        rollout: the walk.
+        push: one that acts in it.
+        index: of the push, for the names of what is drawn.
+    """
+    acting, opacity = push_samples(rollout, push), push_opacity(rollout, push)
+    for name, path in (("com", rollout.com), ("dcm", rollout.dcm)):
+        ax.plot(
+            *path[acting].T, color=palette.PUSH, linewidth=8.0, alpha=min(1.0, 2.0 * opacity),
+            solid_capstyle="round", zorder=2.0, gid=f"push-{name}-{index}",
+        )  # fmt: skip
+    tail, tip = push_arrow(rollout, push)
+    if tail == tip:
+        return
+    # A short arrow keeps its shape: its head is no more than half of it.
+    points = 72.0 * math.dist(tail, tip) / units_per_inch(ax)
+    head = min(9.0, 0.55 * points)
+    shape = f"simple,head_length={head},head_width={head},tail_width={0.4 * head}"
+    arrow = FancyArrowPatch(
+        tail, tip, arrowstyle=shape, shrinkA=0.0, shrinkB=0.0, facecolor=palette.PUSH,
+        edgecolor=palette.PUSH_EDGE, linewidth=0.8, zorder=5.0, gid=f"push-{index}",
+    )  # fmt: skip
+    ax.add_patch(arrow)
+
+
+def _anchor(rollout: Rollout, push: Push) -> tuple[float, float]:
+    """Where on its arrow the words about a push are tied: its upper end, or its middle."""
+    tail, tip = push_arrow(rollout, push)
+    if abs(tail[1] - tip[1]) > abs(tail[0] - tip[0]):
+        return max(tail, tip, key=lambda end: end[1])
+    return 0.5 * (tail[0] + tip[0]), 0.5 * (tail[1] + tip[1])
+
+
+def label_places(rollout: Rollout, shown: Extent, width: float) -> list[tuple[Push, float, int]]:
+    """Which pushes get words, and where: left end x [m], and the line above the picture, from 0.
+
+    The words stand to the right of the line that ties them to their arrow, like a flag at its
+    pole, and higher than all flags to the right that they would cover; so nothing crosses.
+
+    Args:
+        rollout: the walk.
+        shown: the ground that the picture shows.
+        width: of the picture [in].
+    """
+    pushes = acting_pushes(rollout)
+    # If they are many, only the strongest have words.
+    strong = sorted(pushes, key=lambda push: -math.hypot(*push.force))[:LABELLED_PUSHES]
+    placed: list[tuple[Push, float, int]] = []
+    for push in sorted(strong, key=lambda push: -_anchor(rollout, push)[0]):
+        length = shown.size[0] / width * (0.066 * len(push_label(push)) + 0.1)
+        pole = _anchor(rollout, push)[0]
+        x = pole if pole + length <= shown.high[0] else max(pole - length, shown.low[0])
+        covered = [level for _, other, level in placed if other <= x + length]
+        placed.append((push, x, max(covered, default=-1) + 1))
+    return placed
+
+
+def label_pushes(ax: Axes, rollout: Rollout, shown: Extent) -> None:
+    """Write force, duration and impulse of the pushes above the top view, at `label_places`."""
+    scale = units_per_inch(ax)
+    height, width = shown.size[1] / scale, shown.size[0] / scale
+    for index, (push, x, level) in enumerate(label_places(rollout, shown, width)):
+        anchor = _anchor(rollout, push)
+        above = shown.high[1] + scale * (0.06 + LINE * level)
+        ax.plot(
+            [anchor[0]] * 2, [anchor[1], above + 0.8 * LINE * scale], linewidth=0.7,
+            color=palette.PUSH_EDGE, zorder=4.9, clip_on=False, gid=f"push-pole-{index}",
+        )  # fmt: skip
+        ax.annotate(
+            push_label(push), (x, 1.0 + (0.06 + LINE * level) / height),
+            xycoords=ax.get_xaxis_transform(), xytext=(4.0, 0.0), textcoords="offset points",
+            va="bottom", fontsize=8.5, fontweight="bold", color=palette.PUSH_EDGE,
+            path_effects=HALO, annotation_clip=False, zorder=5.1, gid=f"push-label-{index}",
+        )  # fmt: skip
