@@ -130,9 +130,9 @@ def refuse_of_other_world(
     Raises:
         ParameterError: one is given; it is named.
     """
-    wrong, other = (of_body, "mujoco") if simulator == "lipm" else (of_point_mass, "lipm")
+    refused, other = (of_body, "mujoco") if simulator == "lipm" else (of_point_mass, "lipm")
     options = {one.name: one.opts[0] for one in click.get_current_context().command.params}
-    for name in filter(given, wrong):
+    for name in filter(given, refused):
         raise ParameterError(
             f"{options[name]} with --simulator {other}",
             f"--simulator {simulator}",

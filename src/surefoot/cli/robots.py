@@ -132,12 +132,14 @@ def _check_lines(findings: Sequence[Mapping[str, str]]) -> list[str]:
 
 def _check_verdict(name: str, findings: Sequence[Mapping[str, str]]) -> str:
     """The last line."""
+    from surefoot.show.words import counted
+
     counts = {
         noun: sum(finding["verdict"] == noun for finding in findings)
         for noun in ("problem", "warning")
     }
-    counted = [f"{count} {noun}{'s' * (count > 1)}" for noun, count in counts.items() if count]
-    return f"{name}: {' and '.join(counted) if counted else 'all is well'}"
+    found = [counted(count, noun) for noun, count in counts.items() if count]
+    return f"{name}: {' and '.join(found) or 'all is well'}"
 
 
 def _check_picture(path: Path) -> None:

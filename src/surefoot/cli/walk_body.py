@@ -134,8 +134,8 @@ def make_body_control(
     from surefoot.worlds.body.gait import body_control, body_controller, walking_robot
 
     multibody = load_multibody(load_robot(robot))
-    believed = walking_robot(multibody).with_leg(
+    point_mass = walking_robot(multibody).with_leg(
         max_speed=leg_speed, max_acceleration=leg_acceleration
     )
-    chosen = body_controller(controller, believed, velocity, **parameters)
+    chosen = body_controller(controller, point_mass, velocity, **parameters)
     return body_control(chosen, multibody)

@@ -22,7 +22,7 @@ _KINDS = mujoco.mjtGeom
 
 
 class BodyFigure:
-    """The looks of a mechanism, or its legs and soles where looks are missing.
+    """The visual shapes of a mechanism, and its legs and soles where these are missing.
 
     Args:
         scene: of viser.

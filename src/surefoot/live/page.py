@@ -49,7 +49,7 @@ PORTS = 100
 """How many are tried."""
 
 CAMERA, LOOK_AT, ANGLE = (1.5, -1.75, 1.05), (0.0, -0.1, 0.42), 1.05
-"""Where a tab begins to look from, and at what, from the robot [m]; angle of view [rad]."""
+"""Place of the camera of a new tab and where it points, from the robot [m]; angle of view [rad]."""
 
 
 def let_time_pass(
@@ -85,11 +85,11 @@ class LivePage:
         self, server: viser.ViserServer, run: LiveRun, figure_of: MakeFigureOf, menu: Menu
     ) -> None:
         self._server, self._run, self._figure_of = server, run, figure_of
-        look_from(server)
+        set_camera(server)
         self.controls = Controls(server.gui, run, menu, self._save)
         self.charts = dock_panels(server, "The last seconds")
         self.stage = Stage(server.scene, self.controls.layers.shown)
-        self._cast, self._frame = -1, 0
+        self._generation, self._frame = -1, 0
         self._charted: float | None = None
 
     def serve(self, on: Callable[[], bool] = lambda: True) -> None:
@@ -109,11 +109,11 @@ class LivePage:
         view, run = self._run.view(), self._run
         controller = view.walk.controller
         with self._server.atomic():
-            if view.casts != self._cast:
-                self._cast = view.casts
+            if view.generation != self._generation:
+                self._generation = view.generation
                 ghost = None if view.ghost is None else self._figure_of(view.ghost)
-                self.stage.cast(controller.robot, self._figure_of(view.walk), ghost)
-            self.stage.show(view.seen, view.ghost_seen)
+                self.stage.put(controller.robot, self._figure_of(view.walk), ghost)
+            self.stage.show(view.snapshot, view.ghost_snapshot)
         self.controls.say()
         self._frame += 1
         latest = run.samples[-1].time if run.samples else None
@@ -221,8 +221,8 @@ def _guarded(host: str) -> Iterator[None]:
         sockets.serve = plain
 
 
-def look_from(server: viser.ViserServer) -> None:
-    """Set where new tabs begin to look from."""
+def set_camera(server: viser.ViserServer) -> None:
+    """Set the camera of new tabs."""
     camera = server.initial_camera
     camera.position, camera.look_at, camera.fov = CAMERA, LOOK_AT, ANGLE
 

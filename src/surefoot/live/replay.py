@@ -14,7 +14,7 @@ import viser
 
 from surefoot.dcm.nominal_gait import NominalGait, nominal_gait
 from surefoot.errors import FileError, SurefootError
-from surefoot.live.page import let_time_pass, look_from
+from surefoot.live.page import let_time_pass, set_camera
 from surefoot.live.panels import Layers, dock_panels, framed
 from surefoot.live.run import REMEMBERED
 from surefoot.live.stage import MakeFigure, Stage
@@ -73,7 +73,7 @@ class Scenes:
     samples: tuple[Sample, ...]
 
     def snapshot(self, scene: int) -> Snapshot:
-        """What there is to see."""
+        """What is drawn of it."""
         return snapshot_of(self.rollout, int(self.cycles[scene]))
 
     def at(self, time: float) -> int:
@@ -136,7 +136,7 @@ class ReplayPage:
 
     def __init__(self, server: viser.ViserServer, scenes: Scenes, figure: MakeFigure) -> None:
         self._server, self._scenes, self._lock = server, scenes, threading.Lock()
-        look_from(server)
+        set_camera(server)
         gui, times = server.gui, scenes.rollout.time
         self._sentence = gui.add_html(framed(scenes.sentences[0]))
         with gui.add_folder("Time"):
@@ -146,7 +146,7 @@ class ReplayPage:
             self.play = gui.add_button("Pause", hint="key: space")
             self.pace = gui.add_slider("speed [x]", 0.05, 2.0, 0.05, 1.0)
         self.playing, self._shown = True, -1
-        # The slider tells every tab where it is; only a tab that moves it has an identity.
+        # Every tab is sent the position of the slider; only one that moved it has an identity.
         self.time.on_update(
             lambda event: None if event.client_id is None else self._put(float(self.time.value))
         )
@@ -155,7 +155,7 @@ class ReplayPage:
         layers = Layers(gui)
         self.charts = dock_panels(server, "Up to now")
         self.stage = Stage(server.scene, layers.shown)
-        self.stage.cast(scenes.robot, figure, None)
+        self.stage.put(scenes.robot, figure, None)
 
     def _toggle(self) -> None:
         with self._lock:
@@ -221,9 +221,9 @@ def write_page(
     Raises:
         FileError: it cannot be written.
     """
-    look_from(server)
+    set_camera(server)
     stage = Stage(server.scene, lambda _: True)
-    stage.cast(scenes.robot, figure, None)
+    stage.put(scenes.robot, figure, None)
     # It begins with its end, so that what is the same in all of it is said once after the start.
     stage.show(scenes.snapshot(len(scenes.cycles) - 1), None)
     recording = server.get_scene_serializer()

@@ -19,7 +19,7 @@ from surefoot.show import palette
 from surefoot.show.palette import rgb
 
 ASIDE = 1.4
-"""How far to the left of the walk its ghost walks: behind it, as a tab begins to look [m]."""
+"""How far to the left of the walk its ghost walks: behind it in the first view of a tab [m]."""
 
 TRANSPARENT = 0.35
 """A ghost."""
@@ -136,13 +136,13 @@ class Marks:
 
     def show(self, snapshot: Snapshot) -> None:
         """Draw an instant."""
-        shown, seen = self._shown, snapshot.observation
+        shown, observed = self._shown, snapshot.observation
         if snapshot.time < self._time:
             # The walk begins again: it has left no footprints yet.
             self._used, self._last = [False] * PRINTS, None
         self._time = snapshot.time
         x, y = snapshot.floor_zmp
-        com = np.array([*seen["com"], snapshot.com_height])
+        com = np.array([*observed["com"], snapshot.com_height])
         self._com.visible = self._pendulum.visible = shown("com")
         self._com.position = com
         there = math.isfinite(x)
@@ -153,7 +153,7 @@ class Marks:
             self._pendulum.position, self._pendulum.wxyz = 0.5 * (com + foot), z_towards(com - foot)
             self._pendulum.scale = (1.0, 1.0, _coarse(float(np.linalg.norm(com - foot))))
         self._dcm.visible = shown("dcm")
-        self._dcm.position = np.array([*seen["dcm"], 0.0])
+        self._dcm.position = np.array([*observed["dcm"], 0.0])
         self._show_soles(snapshot)
         self._show_landing(snapshot)
         self._show_push(snapshot, com)
@@ -177,17 +177,17 @@ class Marks:
             one.visible = used and self._shown("prints")
 
     def _show_landing(self, snapshot: Snapshot) -> None:
-        seen, command = snapshot.observation, snapshot.command
+        observed, command = snapshot.observation, snapshot.command
         walking = not snapshot.both_feet
         self._next.visible = walking and self._shown("next")
         self._next.position = (*command["step_location"], HEIGHTS["next"])
-        yaw = float(seen["support_yaw"])
+        yaw = float(observed["support_yaw"])
         self._next.wxyz = about_z(float(command["swing_yaw"]))
-        low, high = viable_landings(self._robot, seen, command)
+        low, high = viable_landings(self._robot, observed, command)
         there = walking and bool((high - low > 0.0).all())
         self._region.visible = there and self._shown("region")
         if there:
-            middle = seen["support_foot"] + np.array(rotated(0.5 * (low + high), yaw))
+            middle = observed["support_foot"] + np.array(rotated(0.5 * (low + high), yaw))
             self._region.position, self._region.wxyz = (*middle, HEIGHTS["region"]), about_z(yaw)
             self._region.scale = (_coarse(high[0] - low[0]), _coarse(high[1] - low[1]), 1.0)
 
@@ -232,7 +232,7 @@ class Stage:
         self._figures: list[tuple[Figure, Marks | None]] = []
         self._view: np.ndarray | None = None
 
-    def cast(self, robot: Robot, figure: MakeFigure, ghost: MakeFigure | None) -> None:
+    def put(self, robot: Robot, figure: MakeFigure, ghost: MakeFigure | None) -> None:
         """Who walks from now on; the ones before leave.
 
         Args:

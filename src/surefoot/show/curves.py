@@ -92,10 +92,10 @@ def support_bounds(
     Returns:
         Least and largest x and y, each of shape (n, 2) [m].
     """
-    foot, seen = rollout.support_foot, rollout.observations
+    foot, observed = rollout.support_foot, rollout.observations
     shared = (rollout.commands["double_support"] != 0)[:, None]
-    reach = sole_reach(rollout.robot.foot, seen["support_yaw"])
-    other_reach = sole_reach(rollout.robot.foot, seen["swing_yaw"])
+    reach = sole_reach(rollout.robot.foot, observed["support_yaw"])
+    other_reach = sole_reach(rollout.robot.foot, observed["swing_yaw"])
     other = rollout.swing_foot[:, :2]
     low, high = foot - reach, foot + reach
     return (

@@ -19,6 +19,7 @@ from surefoot.dcm.nominal_gait import NominalGait
 from surefoot.robot.feet import Side
 from surefoot.rollout.rollout import Rollout
 from surefoot.show import palette
+from surefoot.show.page import add_axes
 from surefoot.show.picture_file import draw_picture
 from surefoot.show.stances import Stance, broken, runs, stances
 from surefoot.show.walk_events import shade_push_in_time
@@ -97,11 +98,10 @@ def decision_figure(walks: Sequence[DecidedWalk]) -> Figure:
     figure = Figure(figsize=(width, height), facecolor="white")
     columns = []
     for column, walk in enumerate(walks):
-        left, top, axes = _LEFT + column * (wide + _SPACE), height - head, []
+        left, top, axes = _LEFT + column * (wide + _SPACE), head, []
         for label, tall in _ROWS:
-            top -= tall
-            ax = figure.add_axes((left / width, top / height, wide / width, tall / height))
-            top -= _GAP
+            ax = add_axes(figure, (left, top, wide, tall))
+            top += tall + _GAP
             ax.grid(axis="y", color=palette.GRID, linewidth=0.5)
             ax.set_axisbelow(True)
             ax.tick_params(labelbottom=False, labelleft=column == 0)

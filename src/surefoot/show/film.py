@@ -71,14 +71,27 @@ class Film:
     """The pictures of a walk.
 
     Args:
-        rollout: the walk.
-        trace: its `body`.
+        rollout: the walk of a body.
         rate: pictures a second [1/s].
     """
 
     rollout: Rollout
-    trace: BodyTrace
     rate: int = RATE
+
+    @property
+    def trace(self) -> BodyTrace:
+        """What the body did.
+
+        Raises:
+            ParameterError: it is the walk of a point mass.
+        """
+        if self.rollout.body is None:
+            raise ParameterError(
+                "the walk of a body in physics to film",
+                "the walk of a point mass",
+                "walk with simulate_body (--simulator mujoco)",
+            )
+        return self.rollout.body
 
     def __len__(self) -> int:
         """How many pictures it has."""
@@ -124,7 +137,7 @@ class Film:
         model = filmed_model(self.multibody)
         data, options = mujoco.MjData(model), shown_shapes(self.multibody)
         everything = mujoco.mjtCatBit.mjCAT_ALL.value
-        captions = Captions(self.rollout, self.trace, size)
+        captions = Captions(self.rollout, size)
         with OffScreen(model, *size) as screen:
             for row in self.rows:
                 data.qpos[:] = self.trace.position[row]
@@ -170,12 +183,11 @@ class Captions:
 
     Args:
         rollout: the walk.
-        trace: its `body`.
         size: of the pictures [pixel].
     """
 
-    def __init__(self, rollout: Rollout, trace: BodyTrace, size: tuple[int, int]) -> None:
-        self.rollout, self.trace = rollout, trace
+    def __init__(self, rollout: Rollout, size: tuple[int, int]) -> None:
+        self.rollout = rollout
         self._unit = size[1] / 540.0
         path = font_manager.findfont("DejaVu Sans")
         bold = font_manager.findfont("DejaVu Sans:bold")
@@ -186,7 +198,7 @@ class Captions:
         """The picture with its captions."""
         image, u = Image.fromarray(picture), self._unit
         draw, now = ImageDraw.Draw(image), float(self.rollout.time[row])
-        title = f"{self.trace.robot.name}  ·  {self.rollout.controller}"
+        title = f"{self.rollout.robot.name}  ·  {self.rollout.controller}"
         draw.text((18 * u, 14 * u), title, "#333333", self._bold)
         command = command_words(command_at(commanded(self.rollout), now))
         draw.text((18 * u, 44 * u), command, "#333333", self._font)
@@ -234,14 +246,8 @@ def film_walk(
         FileError: the file cannot be written.
     """
     check_writable(path, FORMATS)
-    if rollout.body is None:
-        raise ParameterError(
-            "the walk of a body in physics to film",
-            "the walk of a point mass",
-            "walk with simulate_body (--simulator mujoco)",
-        )
     animated = path.suffix.lower() == ".gif"
-    film = Film(rollout, rollout.body, GIF_RATE if animated else RATE)
+    film = Film(rollout, GIF_RATE if animated else RATE)
     pictures = _counted(film, GIF_SIZE if animated else SIZE, progress)
     if animated:
         _write_gif(pictures, path)

@@ -22,11 +22,8 @@ WIDTH, BODY_WIDTH = 11.0, 12.0
 LONG = 2.2
 """From this ratio of length to breadth on, the walk takes the whole width."""
 
-_LEFT, _RIGHT, _GAP, _FOOT = 0.9, 0.3, 0.13, 0.5
-_COLUMN = 4.3
-
-_BODY_LEFT, _BODY_RIGHT, _BODY_GAP = 0.95, 1.9, 0.12
-_BODY_VIEW = BODY_WIDTH - _BODY_LEFT - _BODY_RIGHT
+_LEFT, _RIGHT, _BODY_RIGHT, _GAP, _FOOT = 0.9, 0.3, 1.9, 0.13, 0.5
+_COLUMN, _BODY_VIEW = 4.3, BODY_WIDTH - _LEFT - _BODY_RIGHT
 
 TALLEST, SHORTEST = 4.6, 1.7
 """Of the top view of a body [in]."""
@@ -87,17 +84,15 @@ class Page:
     legend: tuple[float, float]
     legend_look: dict[str, Any]
 
-    def add_axes(self, figure: Figure, box: Box) -> Axes:
-        """Axes in a box."""
-        left, top, width, height = box
-        bottom = self.height - top - height
-        return figure.add_axes(
-            (left / self.width, bottom / self.height, width / self.width, height / self.height)
-        )
-
     def at(self, left: float, top: float) -> tuple[float, float]:
         """A place as matplotlib wants it: parts of the figure, from the lower left corner."""
         return left / self.width, 1.0 - top / self.height
+
+
+def add_axes(figure: Figure, box: Box) -> Axes:
+    """Axes in a box."""
+    (left, top, width, height), (across, up) = box, figure.get_size_inches()
+    return figure.add_axes((left / across, 1.0 - (top + height) / up, width / across, height / up))
 
 
 def width_of(ax: Axes) -> float:
@@ -143,40 +138,27 @@ def lay_out(
     """
     width, height = view_size(extent, of_body)
     shown, top = extent.filling(width, height), title_height + 0.12 + LINE * push_lines
-    if of_body:
-        top += 0.04
-        plots = _below_each_other(_BODY_LEFT, top + height + 0.62, width, heights, _BODY_GAP)
-        legend = (_BODY_LEFT + width + 0.1, top - 0.05)
-        look = {"fontsize": 8.0, "handlelength": 1.6}
-        top_view = (_BODY_LEFT, top, width, height)
-        return Page(BODY_WIDTH, _end(plots) + _FOOT, shown, top_view, plots, legend, look)
-    below = top + height + 0.52
-    wide = extent.size[0] >= LONG * extent.size[1]
-    columns = 6 if wide else 2
+    wide, below = extent.size[0] >= LONG * extent.size[1], top + height + 0.52
+    columns = 1 if of_body else (6 if wide else 2)
     legend_height = 1.15 * LINE * math.ceil(entries / columns)
-    if wide:
-        plots = _below_each_other(_LEFT, below + legend_height + 0.35, width, heights, _GAP)
-        end = _end(plots)
-    else:
-        left = _LEFT + width + 1.05
-        across = WIDTH - left - _RIGHT
-        plots = _below_each_other(left, title_height + 0.25, across, heights, _GAP)
-        end = max(_end(plots), below + legend_height - _FOOT)
     look = {"ncols": columns, "borderpad": 0.0, "handlelength": 2.2, "columnspacing": 1.2}
+    legend, plots = (_LEFT, below), (_LEFT, below + legend_height + 0.35, width)
+    if of_body:
+        legend, plots = (_LEFT + width + 0.1, top), (_LEFT, below + 0.1, width)
+        look |= {"fontsize": 8.0, "handlelength": 1.6}
+    elif not wide:
+        left = _LEFT + width + 1.05
+        plots = (left, title_height + 0.25, WIDTH - left - _RIGHT)
+    boxes = _below_each_other(*plots, heights)
+    end = max(boxes[-1][1] + boxes[-1][3], legend[1] + legend_height - _FOOT)
     top_view = (_LEFT, top, width, height)
-    return Page(WIDTH, end + _FOOT, shown, top_view, plots, (_LEFT, below), look)
+    page_width = BODY_WIDTH if of_body else WIDTH
+    return Page(page_width, end + _FOOT, shown, top_view, boxes, legend, look)
 
 
-def _below_each_other(
-    left: float, top: float, width: float, heights: Sequence[float], gap: float
-) -> list[Box]:
+def _below_each_other(left: float, top: float, width: float, heights: Sequence[float]) -> list[Box]:
     boxes = []
     for height in heights:
         boxes.append((left, top, width, height))
-        top += height + gap
+        top += height + _GAP
     return boxes
-
-
-def _end(boxes: list[Box]) -> float:
-    """The lower edge of the last box [in]."""
-    return boxes[-1][1] + boxes[-1][3]

@@ -18,6 +18,7 @@ from surefoot.robot.feet import Side
 from surefoot.robot.legs import NominalPose
 from surefoot.robot.multibody import SIDES, Multibody
 from surefoot.show import palette
+from surefoot.show.page import add_axes
 from surefoot.show.picture_file import HALO, draw_picture
 from surefoot.show.scene import OffScreen, add_shape, lighten, shown_groups, shown_shapes
 
@@ -69,9 +70,7 @@ def robot_figure(mechanism: Multibody, pose: NominalPose) -> Figure:
     figure = Figure(figsize=page)
     axes, left = [], _LEFT
     for width, height in zip((*widths, _LAST), (_VIEW, _VIEW, 0.62 * _VIEW), strict=True):
-        bottom = _BOTTOM + _VIEW - height
-        box = (left / page[0], bottom / page[1], width / page[0], height / page[1])
-        axes.append(figure.add_axes(box))
+        axes.append(add_axes(figure, (left, _HEIGHT - _BOTTOM - _VIEW, width, height)))
         left += width + _GAP
     pictures = draw_elevations(mechanism, views)
     for axis, picture, view, plane in zip(axes, pictures, views, (FRONT, RIGHT), strict=False):
@@ -96,7 +95,7 @@ def _views(mechanism: Multibody) -> list[Elevation]:
 
 
 def _extent(mechanism: Multibody) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Corners of the box around all that is seen, or around the links if nothing is."""
+    """Corners of the box around all that is drawn, or around the links if nothing is."""
     model, data = mechanism.model, mechanism.data()
     corners = np.array(np.meshgrid(*[(-1.0, 1.0)] * 3)).reshape(3, 8).T
     points, groups = [data.xpos[1:]], shown_groups(mechanism)
@@ -236,7 +235,7 @@ def _facts(mechanism: Multibody, pose: NominalPose) -> str:
 
 @dataclass(frozen=True)
 class Elevation:
-    """What is seen from one side.
+    """A view from one side.
 
     Attributes:
         azimuth: direction of sight, 90 from the right side, 180 from the front [deg].

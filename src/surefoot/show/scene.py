@@ -22,7 +22,7 @@ from surefoot.show import palette
 MAX_SHAPES = 4000
 """In a scene."""
 
-_LOOKS, _CONTACTS = (0, 1, 2), 3
+_VISUAL, _CONTACTS = (0, 1, 2), 3
 """Groups of shapes, as MuJoCo's models use them; the legs' capsules are in the latter."""
 
 SKY, FLOOR, TILE = (0.90, 0.93, 0.96, 1.0), (0.83, 0.85, 0.87, 1.0), (0.74, 0.77, 0.80, 1.0)
@@ -62,10 +62,10 @@ FORCE, THIN = 0.6, 0.008
 
 
 def shown_groups(mechanism: Multibody) -> tuple[int, ...]:
-    """Groups of shapes to draw: the looks, and the legs' capsules where looks are missing."""
+    """Groups of shapes to draw: the visual ones, and the legs' capsules where these are missing."""
     model = mechanism.model
-    looks = np.isin(model.geom_group, _LOOKS) & (model.geom_bodyid > 0)
-    return _LOOKS if looks.any() and not mechanism.unseen else (*_LOOKS, _CONTACTS)
+    visual = np.isin(model.geom_group, _VISUAL) & (model.geom_bodyid > 0)
+    return _VISUAL if visual.any() and not mechanism.unseen else (*_VISUAL, _CONTACTS)
 
 
 def shown_shapes(mechanism: Multibody) -> Any:
@@ -132,7 +132,7 @@ def _gl_context() -> Any:
     """EGL on Linux, which needs no screen, unless MUJOCO_GL names another."""
     chosen = os.environ.get("MUJOCO_GL", "").lower().strip()
     if sys.platform == "linux" and chosen in ("", "egl"):
-        # MuJoCo looks at MUJOCO_GL when it is first imported, which may be long ago.
+        # MuJoCo reads MUJOCO_GL when it is first imported, which may be long ago.
         return import_module("mujoco.egl").GLContext
     return mujoco.GLContext
 

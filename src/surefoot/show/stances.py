@@ -172,7 +172,7 @@ def walks_on_footholds(rollout: Rollout) -> bool:
 def gait_at(rollout: Rollout, time: float) -> NominalGait | None:
     """The nominal gait for the velocity commanded at a time [s].
 
-    None if the plant cannot walk it, because the controller believes in another robot.
+    None if the plant cannot walk it, because the controller plans for another robot.
     """
     commanded = [velocity for start, velocity in rollout.velocities if start <= time]
     velocity = commanded[-1] if commanded else rollout.velocities[0][1]

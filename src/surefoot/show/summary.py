@@ -15,7 +15,7 @@ from surefoot.robot.feet import Side
 from surefoot.rollout.outcome import Outcome
 from surefoot.rollout.rollout import Rollout
 from surefoot.show.stances import Commanded, commanded, walks_on_footholds
-from surefoot.show.words import closest_call, margin_sentence
+from surefoot.show.words import closest_call, counted, fall_evidence, margin_sentence
 
 if TYPE_CHECKING:
     # Of the walks of bodies only, and loaded with these.
@@ -26,7 +26,6 @@ _SENTENCES = {
     Outcome.WALKED: "walked: on the nominal gait",
     Outcome.RECOVERED: "recovered: back on the nominal gait",
     Outcome.UNSETTLED: "unsettled: still walking, but not on the nominal gait when the run ended",
-    Outcome.FELL: "fell",
     Outcome.CUT_SHORT: "cut short: the end of the walk is lost",
 }
 
@@ -147,7 +146,7 @@ def print_walk(
 def _print_point_mass(rollout: Rollout, console: Console, decided: NDArray[np.void] | None) -> None:
     summary = walk_summary(rollout, decided)
     console.print(_step_table(rollout))
-    console.print(f"[bold]{_SENTENCES[rollout.outcome]}[/]{_evidence(rollout)}")
+    console.print(_fell(rollout) or f"[bold]{_SENTENCES[rollout.outcome]}[/]", soft_wrap=True)
     if summary["smallest_margin"] is not None:
         console.print(margin_sentence(summary["smallest_margin"]), soft_wrap=True)
     final_x, final_y = rollout.final_velocity
@@ -213,22 +212,9 @@ def _step_table(rollout: Rollout) -> Table:
     return table
 
 
-def _evidence(rollout: Rollout) -> str:
-    fall = rollout.fall
-    if fall is None:
-        return ""
-    text = f" at {fall.time:.2f} s: the DCM ran away, mostly {fall.limit}"
-    if fall.lost_time is not None and fall.lost_margin is not None:
-        text += (
-            f"; past saving since the touchdown at {fall.lost_time:.2f} s "
-            f"({-1e3 * fall.lost_margin:.0f} mm outside what a leg of any speed could save)"
-        )
-    if fall.last_viable_time is not None and fall.last_margin is not None:
-        text += (
-            f"; last touchdown that such a leg could have saved at {fall.last_viable_time:.2f} s "
-            f"({1e3 * fall.last_margin:.0f} mm inside)"
-        )
-    return text
+def _fell(rollout: Rollout) -> str:
+    """When and how it fell; empty if it did not."""
+    return fall_evidence(rollout).replace("fell", "[bold]fell[/]", 1)
 
 
 def _round(value: float) -> str:
@@ -242,9 +228,9 @@ def _finite(value: float) -> float | None:
 
 def _body_end(rollout: Rollout) -> str:
     """How the walk of a body ended."""
-    fall, held = rollout.body_fall, rollout.held_speed
-    if fall is not None:
-        return f"[bold]fell[/]: {fall.sentence}"
+    if rollout.fallen:
+        return _fell(rollout)
+    held = rollout.held_speed
     if held is not None and not held.is_held:
         (x, y), (want_x, want_y) = held.velocity, held.commanded
         return (
@@ -275,11 +261,7 @@ def _body_rows(rollout: Rollout, measures: BodyMeasures) -> list[tuple[str, str]
         rows.append(("knees", f"{bends}, left and right"))
     if measures.clearance is not None:
         least, median = (1e3 * value for value in measures.clearance)
-        scuffs = (
-            f"; {measures.scuffs} step{'s' * (measures.scuffs > 1)} scuffed"
-            if measures.scuffs
-            else ""
-        )
+        scuffs = f"; {counted(measures.scuffs, 'step')} scuffed" if measures.scuffs else ""
         rows.append(("clearance", f"{median:.0f} mm mid-swing, at least {least:.0f} mm{scuffs}"))
     busiest = sorted(measures.torque_part.items(), key=lambda item: -item[1])[:3]
     if busiest:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +16,7 @@ from surefoot.rollout.rollout import Rollout
 from surefoot.show import palette
 from surefoot.show.curves import curves
 from surefoot.show.footprints import missed_soles, soles
-from surefoot.show.page import lay_out, view_size
+from surefoot.show.page import add_axes, lay_out, view_size
 from surefoot.show.picture_file import draw_picture
 from surefoot.show.stances import Stance, acting_pushes, commanded, stances
 from surefoot.show.time_plots import draw_time_plots, panels
@@ -60,7 +59,7 @@ def walk_figure(rollout: Rollout) -> Figure:
     size = view_size(ground, of_body)
     lines = [level for *_, level in label_places(rollout, ground.filling(*size), size[0])]
     entries = legend_entries(rollout, parts)
-    headline = _headline(title(rollout), 118 if of_body else 112)
+    headline = _headline(title(rollout), 112)
     evidence = textwrap.fill(fall_evidence(rollout), 150)
     headline_height = 0.24 * len(headline.splitlines())
     title_height = 0.14 + headline_height + 0.2 * len(evidence.splitlines())
@@ -74,11 +73,11 @@ def walk_figure(rollout: Rollout) -> Figure:
     )
     if evidence:
         figure.text(
-            *page.at(0.25, (0.2 if of_body else 0.18) + headline_height), evidence, fontsize=9.0,
-            va="top", color=palette.ALARM, gid="fall-evidence",
+            *page.at(0.25, 0.18 + headline_height), evidence, fontsize=9.0, va="top",
+            color=palette.ALARM, gid="fall-evidence",
         )  # fmt: skip
-    draw_top_view(page.add_axes(figure, page.top_view), rollout, parts, page.shown)
-    time_axes = [page.add_axes(figure, box) for box in page.time_plots]
+    draw_top_view(add_axes(figure, page.top_view), rollout, parts, page.shown)
+    time_axes = [add_axes(figure, box) for box in page.time_plots]
     draw_time_plots(time_axes, rollout, parts)
     figure.legend(
         handles=entries, loc="upper left", frameon=False, bbox_to_anchor=page.at(*page.legend),
@@ -124,10 +123,16 @@ def legend_entries(rollout: Rollout, parts: list[Stance]) -> list[Artist]:
         drawn.append(Patch(facecolor=palette.BOTH_SOLES, linewidth=0.0, label="both soles"))
     if body is not None and len(body.boards):
         drawn.append(Patch(facecolor=palette.BOARD, linewidth=0.0, label="board on the floor"))
-    drawn += _decided_online(parts)
+    online = [part for part in parts if part.adapted]
+    edge: dict[str, Any] = {"facecolor": "none", "edgecolor": palette.ADAPTED}
+    if any(part.landing is not None for part in online):
+        drawn.append(Patch(**edge, linewidth=1.8, label="landing decided online"))
     if missed_soles(rollout, parts):
         missed = "nominal landing" if body is None else "target of a foot, missed"
         drawn.append(Patch(**palette.MISSED, label=missed))
+    if online:
+        label = "deciding online"
+        drawn.append(Patch(**edge, hatch="////", linewidth=0.0, alpha=0.5, label=label))
     if acting_pushes(rollout):
         drawn.append(Patch(facecolor=palette.PUSH, alpha=0.6, linewidth=0.0, label="push"))
     if len(commanded(rollout)) > 1:
@@ -138,15 +143,6 @@ def legend_entries(rollout: Rollout, parts: list[Stance]) -> list[Artist]:
     else:
         drawn.append(_line("touchdown", palette.TOUCHDOWN, linewidth=0.8))
     return drawn
-
-
-def _decided_online(parts: list[Stance]) -> Iterator[Artist]:
-    online = [part for part in parts if part.adapted]
-    edge: dict[str, Any] = {"facecolor": "none", "edgecolor": palette.ADAPTED}
-    if any(part.landing is not None for part in online):
-        yield Patch(**edge, linewidth=1.8, label="landing decided online")
-    if online:
-        yield Patch(**edge, hatch="////", linewidth=0.0, alpha=0.5, label="deciding online")
 
 
 def _line(label: str, color: str, **look: Any) -> Line2D:
