@@ -13,10 +13,12 @@ from matplotlib.patches import Rectangle
 from numpy.typing import NDArray
 
 from surefoot.dcm.frame_turn import rotated
+from surefoot.dcm.viability import fall_distance
 from surefoot.robot.feet import Side
 from surefoot.robot.robot import Foot
 from surefoot.rollout.rollout import Rollout
 from surefoot.show import palette
+from surefoot.show.curves import sole_reach
 from surefoot.show.page import units_per_inch
 from surefoot.show.picture_file import HALO
 from surefoot.show.stances import Stance, pair, runs
@@ -26,6 +28,13 @@ SAME_PLACE = 0.05
 
 MISSED = 0.01
 """A foot of a body that landed this far from its target has the target drawn too [m]."""
+
+NEARBY = 0.45
+"""CoM and DCM of a body are shown as far as this from the standing foot: those of a fall run
+away [m]."""
+
+AROUND = 0.2
+"""ZMP and plan are shown as far as this from all else: they may run away [m]."""
 
 
 @dataclass(frozen=True)
@@ -115,6 +124,36 @@ def missed_soles(rollout: Rollout, parts: list[Stance]) -> list[Sole]:
             if math.dist(target, sole.centre) > MISSED:
                 found.append(replace(sole, centre=target, name=f"target-of-{sole.name}"))
     return found
+
+
+def nearby(rollout: Rollout, path: NDArray[np.float64]) -> NDArray[np.float64]:
+    """A path, no further from the standing foot than what is shown of one that runs away [m]."""
+    far = fall_distance(rollout.robot) if rollout.body is None else NEARBY
+    return rollout.support_foot + np.clip(path - rollout.support_foot, -far, far)
+
+
+def walked_extent(
+    rollout: Rollout, places: list[Sole], com: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """What a walk needs of the ground: its soles, CoM and DCM, and ZMP and plan around these.
+
+    Args:
+        rollout: the walk.
+        places: its soles.
+        com: what is shown of its CoM, shape (n, 2) [m].
+
+    Returns:
+        Least and largest (x, y) [m].
+    """
+    centres = np.array([sole.centre for sole in places])
+    reach = sole_reach(rollout.robot.foot, np.array([sole.yaw for sole in places]))
+    core = np.vstack([centres - reach, centres + reach, com, nearby(rollout, rollout.dcm)])
+    low, high = core.min(axis=0), core.max(axis=0)
+    jumping = np.vstack([rollout.zmp, rollout.dcm_plan])
+    return (
+        np.maximum(np.fmin(low, np.nanmin(jumping, axis=0)), low - AROUND),
+        np.minimum(np.fmax(high, np.nanmax(jumping, axis=0)), high + AROUND),
+    )
 
 
 def draw_footprints(ax: Axes, rollout: Rollout, parts: list[Stance]) -> None:

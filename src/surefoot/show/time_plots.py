@@ -19,6 +19,7 @@ from surefoot.rollout.rollout import Rollout
 from surefoot.rollout.trace import BodyTrace
 from surefoot.show import palette
 from surefoot.show.curves import curves, sole_reach, support_bounds
+from surefoot.show.footprints import soles, walked_extent
 from surefoot.show.page import units_per_inch, width_of
 from surefoot.show.palette import DASHES, DOTS
 from surefoot.show.picture_file import HALO
@@ -80,42 +81,32 @@ def draw_time_plots(axes: Sequence[Axes], rollout: Rollout, parts: list[Stance])
 
 def _draw_position(ax: Axes, rollout: Rollout, parts: list[Stance]) -> None:
     """One coordinate of everything on the ground; the name of the plot says which one."""
-    axis = "xy".index(str(ax.get_gid()))
-    body = rollout.body
-    if body is None:
+    name = str(ax.get_gid())
+    axis = "xy".index(name)
+    if rollout.body is None:
         _draw_support(ax, rollout, parts, axis)
-        span = _range(rollout, axis)
     else:
-        _draw_soles(ax, rollout, body, axis)
-        span = _body_range(rollout, body, axis)
-    for name, _, time, points, look in curves(rollout, parts, by_axis=True):
-        ax.plot(time, points[:, axis], gid=f"{name}-{ax.get_gid()}", **look)
-    ax.set_ylim(*span)
-    ax.set_ylabel(f"{ax.get_gid()} [m]")
+        _draw_soles(ax, rollout, rollout.body, axis)
+    for curve in curves(rollout, parts, by_axis=True):
+        ax.plot(curve.time, curve.points[:, axis], gid=f"{curve.name}-{name}", **curve.look)
+    extent = walked_extent(rollout, soles(rollout, parts), rollout.com)
+    low, high = (float(edge[axis]) for edge in extent)
+    margin = 0.05 * (high - low)
+    ax.set_ylim(low - margin, high + margin)
+    ax.set_ylabel(f"{name} [m]")
 
 
 def _draw_soles(ax: Axes, rollout: Rollout, trace: BodyTrace, axis: int) -> None:
-    """Fill the soles that carry a body."""
-    for foot in (0, 1):
-        carries = (~trace.walking) | (trace.support == foot)
+    """Fill the soles that carry a body, which may slide."""
+    for foot, side in enumerate((Side.LEFT, Side.RIGHT)):
         centre, yaw = trace.sole_position[:, foot, axis], trace.sole_turn[:, foot, 2]
         reach = sole_reach(trace.robot.foot, yaw)[:, axis]
-        whose = Side(2 * foot - 1)
         ax.fill_between(
-            rollout.time, centre - reach, centre + reach, where=carries,
-            facecolor=palette.SOLE[whose], edgecolor=palette.SOLE_EDGE[whose], linewidth=0.4,
-            zorder=1.0, gid=f"sole-{ax.get_gid()}-{foot}",
+            rollout.time, centre - reach, centre + reach,
+            where=~trace.walking | (trace.support == foot), facecolor=palette.SOLE[side],
+            edgecolor=palette.SOLE_EDGE[side], linewidth=0.4, zorder=1.0,
+            gid=f"sole-{ax.get_gid()}-{foot}",
         )  # fmt: skip
-
-
-def _body_range(rollout: Rollout, trace: BodyTrace, axis: int) -> tuple[float, float]:
-    """All of soles and CoM, and of the DCM what does not run far away [m]."""
-    soles, half = trace.sole_position[:, :, axis], trace.robot.foot.half[axis]
-    core = np.concatenate([soles.ravel() - half, soles.ravel() + half, rollout.com[:, axis]])
-    near = np.clip(rollout.dcm[:, axis], core.min() - 0.3, core.max() + 0.3)
-    low, high = min(core.min(), near.min()), max(core.max(), near.max())
-    margin = 0.05 * (high - low)
-    return float(low - margin), float(high + margin)
 
 
 def _draw_support(ax: Axes, rollout: Rollout, parts: list[Stance], axis: int) -> None:
@@ -134,25 +125,9 @@ def _draw_support(ax: Axes, rollout: Rollout, parts: list[Stance], axis: int) ->
     if shared.any():
         low, high = support_bounds(rollout)
         ax.fill_between(
-            rollout.time, low[:, axis], high[:, axis], where=shared, facecolor=palette.BOTH_SOLES,
-            linewidth=0.0, zorder=0.9, gid=f"both-soles-{name}",
+            rollout.time, low[:, axis], high[:, axis], where=shared,
+            facecolor=palette.BOTH_SOLES, linewidth=0.0, zorder=0.9, gid=f"both-soles-{name}",
         )  # fmt: skip
-
-
-def _range(rollout: Rollout, axis: int) -> tuple[float, float]:
-    """All of CoM, DCM and soles, and of ZMP and plan what does not run far away [m]."""
-    foot = rollout.support_foot[:, axis]
-    far = fall_distance(rollout.robot)
-    near = foot + np.clip(rollout.dcm[:, axis] - foot, -far, far)
-    core = np.concatenate(
-        [*(edge[:, axis] for edge in support_bounds(rollout)), rollout.com[:, axis], near]
-    )
-    low, high = core.min(), core.max()
-    reach = 0.4 * (high - low)
-    far = np.concatenate([rollout.zmp[:, axis], rollout.dcm_plan[:, axis]])
-    low, high = max(min(low, far.min()), low - reach), min(max(high, far.max()), high + reach)
-    margin = 0.05 * (high - low)
-    return float(low - margin), float(high + margin)
 
 
 def _draw_error(ax: Axes, rollout: Rollout, parts: list[Stance]) -> None:

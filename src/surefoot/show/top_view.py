@@ -9,13 +9,19 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Rectangle
 from numpy.typing import NDArray
 
-from surefoot.dcm.viability import fall_distance
 from surefoot.robot.floor import laid_boards
 from surefoot.rollout.rollout import Rollout
 from surefoot.rollout.trace import BodyTrace
 from surefoot.show import palette
-from surefoot.show.curves import curves, sole_reach
-from surefoot.show.footprints import draw_footprints, missed_soles, number_footprints, soles
+from surefoot.show.curves import curves
+from surefoot.show.footprints import (
+    draw_footprints,
+    missed_soles,
+    nearby,
+    number_footprints,
+    soles,
+    walked_extent,
+)
 from surefoot.show.page import Extent, units_per_inch
 from surefoot.show.picture_file import HALO
 from surefoot.show.stances import Stance, acting_pushes, pair, touchdown_cycles
@@ -26,10 +32,6 @@ MARGIN = 0.1
 
 SMALLEST = 0.7
 """Extent of the ground that is shown at least, so that soles do not fill the picture [m]."""
-
-NEARBY = 0.45
-"""CoM and DCM of a body are shown as far as this from the standing foot: those of a fall run
-away [m]."""
 
 INSET = 0.1
 """Of the mark of a body's fall whose place is beyond the picture [in]."""
@@ -42,36 +44,15 @@ DOT_SPACING = 0.03
 
 
 def extent(rollout: Rollout, parts: list[Stance]) -> Extent:
-    """The ground to show: all feet and pushes, CoM and DCM as far as they matter.
-
-    Of a point mass also ZMP and plan, but for what runs far away.
-    """
-    body = rollout.body
-    shown = soles(rollout, parts) + (missed_soles(rollout, parts) if body is None else [])
-    centres = np.array([sole.centre for sole in shown])
-    reach = sole_reach(rollout.robot.foot, np.array([sole.yaw for sole in shown]))
-    near = NEARBY if body is not None else fall_distance(rollout.robot)
-    dcm, com = (_near(rollout, path, near) for path in (rollout.dcm, rollout.com))
+    """The ground to show: what the walk needs, and all pushes."""
     tails = [push_arrow(rollout, push)[0] for push in acting_pushes(rollout)]
-    core = np.array(
-        [
-            *(centres - reach), *(centres + reach),
-            *(com if body is not None else rollout.com), *dcm, *tails,
-        ]
-    )  # fmt: skip
+    places = soles(rollout, parts) + missed_soles(rollout, parts)
+    walked = walked_extent(rollout, places, nearby(rollout, rollout.com))
+    core = np.array([*walked, *tails])
     low, high = core.min(axis=0), core.max(axis=0)
-    if body is None:
-        far = np.concatenate([rollout.zmp, rollout.dcm_plan])
-        low = np.maximum(np.minimum(low, far.min(axis=0)), low - 0.2)
-        high = np.minimum(np.maximum(high, far.max(axis=0)), high + 0.2)
     middle = 0.5 * (low + high)
     half_size = np.maximum(0.5 * (high - low) + MARGIN, 0.5 * SMALLEST)
     return Extent(pair(middle - half_size), pair(middle + half_size))
-
-
-def _near(rollout: Rollout, path: NDArray[np.float64], far: float) -> NDArray[np.float64]:
-    """A path, no further from the support foot than `far` along each axis [m]."""
-    return rollout.support_foot + np.clip(path - rollout.support_foot, -far, far)
 
 
 def draw_top_view(ax: Axes, rollout: Rollout, parts: list[Stance], shown: Extent) -> None:
