@@ -18,8 +18,8 @@ from PIL import Image
 import surefoot as sf
 from surefoot.show import palette
 from surefoot.show.film import GIF_SIZE, RATE, SIZE, STILL, Film
-from surefoot.show.footprints import soles
 from surefoot.show.page import units_per_inch
+from surefoot.show.plotted_walk import PlottedWalk
 from surefoot.show.time_plots import motors_of, panels
 from surefoot.show.walk_figure import walk_figure
 
@@ -202,7 +202,7 @@ def test_the_page_shows_every_part(walk: sf.Rollout) -> None:
 
 
 def test_soles_are_drawn_where_they_stood(walk: sf.Rollout) -> None:
-    places = soles(walk, [])
+    places = PlottedWalk(walk).soles
     assert [sole.side for sole in places[:2]] == [sf.Side.LEFT, sf.Side.RIGHT]
     assert places[0].centre == pytest.approx([0.0, 0.1], abs=0.02)
     for step in walk.footsteps:
@@ -228,7 +228,7 @@ def test_a_fall_to_the_side_does_not_shrink_the_page(body_control: sf.BodyContro
     top = next(ax for ax in figure.axes if ax.get_xlabel() == "x [m]")
     low, high = top.get_ylim()
     assert units_per_inch(top) == pytest.approx(0.25, rel=0.2)
-    for sole in soles(rollout, []):
+    for sole in PlottedWalk(rollout).soles:
         assert low < sole.centre[1] < high
     (mark,) = [line for line in top.lines if line.get_gid() == "fall"]
     assert low + 0.01 < mark.get_ydata()[0] < high - 0.01  # type: ignore[index, operator]

@@ -22,7 +22,7 @@ from surefoot.robot.robot import STANDARD_GRAVITY
 from surefoot.rollout.rollout import Rollout
 from surefoot.rollout.trace import BodyTrace
 from surefoot.show import palette
-from surefoot.show.footprints import Sole, soles
+from surefoot.show.plotted_walk import PlottedWalk, Sole
 from surefoot.show.scene import (
     DARKEST,
     OffScreen,
@@ -175,7 +175,7 @@ class Film:
     @cached_property
     def _soles(self) -> list[Sole]:
         """Where the feet stood, in the order in which they left the ground."""
-        return sorted(soles(self.rollout, []), key=lambda sole: sole.samples.stop)
+        return sorted(PlottedWalk(self.rollout).soles, key=lambda sole: sole.samples.stop)
 
 
 class Captions:

@@ -18,11 +18,10 @@ from surefoot.robot.feet import FEET, Side
 from surefoot.rollout.rollout import Rollout
 from surefoot.rollout.trace import BodyTrace
 from surefoot.show import palette
-from surefoot.show.curves import curves, sole_reach, support_bounds
-from surefoot.show.footprints import soles, walked_extent
 from surefoot.show.page import units_per_inch, width_of
 from surefoot.show.palette import DASHES, DOTS
 from surefoot.show.picture_file import HALO
+from surefoot.show.plotted_walk import PlottedWalk, sole_reach, support_bounds, zmp_outside
 from surefoot.show.stances import Stance, broken
 from surefoot.show.walk_events import mark_events, name_events
 
@@ -41,12 +40,12 @@ class Panel(NamedTuple):
     Attributes:
         name: its own, and part of the names of what is drawn in it, as in "com-x".
         height: of the plot [in].
-        draw: called with the plot, the walk and its stances.
+        draw: called with the plot and the walk.
     """
 
     name: str
     height: float
-    draw: Callable[[Axes, Rollout, list[Stance]], None]
+    draw: Callable[[Axes, PlottedWalk], None]
 
 
 def panels(rollout: Rollout) -> tuple[Panel, ...]:
@@ -54,14 +53,14 @@ def panels(rollout: Rollout) -> tuple[Panel, ...]:
     return POINT_PANELS if rollout.body is None else BODY_PANELS
 
 
-def draw_time_plots(axes: Sequence[Axes], rollout: Rollout, parts: list[Stance]) -> None:
+def draw_time_plots(axes: Sequence[Axes], walk: PlottedWalk) -> None:
     """Draw the plots over time, one below the other.
 
     Args:
         axes: as many as there are `panels`, of the same width.
-        rollout: the walk.
-        parts: its stances; of a body none are needed.
+        walk: what to draw.
     """
+    rollout = walk.rollout
     start = float(rollout.time[0])
     for index, (ax, panel) in enumerate(zip(axes, panels(rollout), strict=True)):
         ax.set_gid(panel.name)
@@ -69,28 +68,32 @@ def draw_time_plots(axes: Sequence[Axes], rollout: Rollout, parts: list[Stance])
         ax.grid(axis="y", color=palette.GRID, linewidth=0.5, zorder=0)
         ax.set_axisbelow(True)
         ax.tick_params(labelbottom=index == len(axes) - 1)
-        mark_events(ax, rollout, parts)
-        panel.draw(ax, rollout, parts)
+        mark_events(ax, walk)
+        panel.draw(ax, walk)
         ax.yaxis.set_label_coords(-0.55 / width_of(ax) if rollout.body is None else -0.055, 0.5)
     axes[-1].set_xlabel("time [s]")
     if rollout.body is None:
-        _number_steps(axes[0], parts)
+        _number_steps(axes[0], walk.parts)
     else:
         name_events(axes[0], rollout)
 
 
-def _draw_position(ax: Axes, rollout: Rollout, parts: list[Stance]) -> None:
+def _draw_position(ax: Axes, walk: PlottedWalk) -> None:
     """One coordinate of everything on the ground; the name of the plot says which one."""
-    name = str(ax.get_gid())
+    rollout, name = walk.rollout, str(ax.get_gid())
     axis = "xy".index(name)
     if rollout.body is None:
-        _draw_support(ax, rollout, parts, axis)
+        _draw_support(ax, walk, axis)
     else:
         _draw_soles(ax, rollout, rollout.body, axis)
-    for curve in curves(rollout, parts, by_axis=True):
-        ax.plot(curve.time, curve.points[:, axis], gid=f"{curve.name}-{name}", **curve.look)
-    extent = walked_extent(rollout, soles(rollout, parts), rollout.com)
-    low, high = (float(edge[axis]) for edge in extent)
+    for curve in walk.curves:
+        values = curve.points[:, axis]
+        if curve.name == "zmp-outside":
+            # Only the coordinate that is outside.
+            outside = zmp_outside(rollout)[:, axis]
+            values = broken(np.where(outside, rollout.zmp[:, axis], np.nan), walk.parts)
+        ax.plot(curve.time, values, gid=f"{curve.name}-{name}", **curve.look)
+    low, high = (float(edge[axis]) for edge in walk.extent(walk.soles, rollout.com))
     margin = 0.05 * (high - low)
     ax.set_ylim(low - margin, high + margin)
     ax.set_ylabel(f"{name} [m]")
@@ -109,10 +112,10 @@ def _draw_soles(ax: Axes, rollout: Rollout, trace: BodyTrace, axis: int) -> None
         )  # fmt: skip
 
 
-def _draw_support(ax: Axes, rollout: Rollout, parts: list[Stance], axis: int) -> None:
+def _draw_support(ax: Axes, walk: PlottedWalk, axis: int) -> None:
     """Fill what bounds the ZMP: the sole on the ground, and in double support all between both."""
-    name = ax.get_gid()
-    for part in parts:
+    rollout, name = walk.rollout, ax.get_gid()
+    for part in walk.parts:
         half = sole_reach(rollout.robot.foot, part.yaw)[axis]
         ax.add_patch(
             Rectangle(
@@ -130,7 +133,8 @@ def _draw_support(ax: Axes, rollout: Rollout, parts: list[Stance], axis: int) ->
         )  # fmt: skip
 
 
-def _draw_error(ax: Axes, rollout: Rollout, parts: list[Stance]) -> None:
+def _draw_error(ax: Axes, walk: PlottedWalk) -> None:
+    rollout, parts = walk.rollout, walk.parts
     time = broken(rollout.time, parts)
     error = 1e3 * broken(np.hypot(*rollout.dcm_error.T), parts)
     settled = 1e3 * rollout.settled_error
@@ -142,7 +146,8 @@ def _draw_error(ax: Axes, rollout: Rollout, parts: list[Stance]) -> None:
     ax.set_ylabel("DCM error\n[mm]")
 
 
-def _draw_duration(ax: Axes, rollout: Rollout, parts: list[Stance]) -> None:
+def _draw_duration(ax: Axes, walk: PlottedWalk) -> None:
+    rollout, parts = walk.rollout, walk.parts
     shortest, longest = rollout.robot.gait.step_duration
     time = broken(rollout.time, parts)
     decided = rollout.commands["step_duration"]
@@ -295,11 +300,9 @@ def _legend(ax: Axes) -> None:
     )  # fmt: skip
 
 
-def _of_body(
-    draw: Callable[..., None], *more: Any
-) -> Callable[[Axes, Rollout, list[Stance]], None]:
+def _of_body(draw: Callable[..., None], *more: Any) -> Callable[[Axes, PlottedWalk], None]:
     """A plot of a body as that of a `Panel`."""
-    return lambda ax, rollout, _: draw(ax, rollout, rollout.body, *more)
+    return lambda ax, walk: draw(ax, walk.rollout, walk.rollout.body, *more)
 
 
 POINT_PANELS = (

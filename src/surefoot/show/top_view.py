@@ -3,28 +3,24 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patches import Rectangle
 from numpy.typing import NDArray
 
+from surefoot.dcm.frame_turn import rotated
+from surefoot.robot.feet import Side
 from surefoot.robot.floor import laid_boards
 from surefoot.rollout.rollout import Rollout
 from surefoot.rollout.trace import BodyTrace
 from surefoot.show import palette
-from surefoot.show.curves import curves
-from surefoot.show.footprints import (
-    draw_footprints,
-    missed_soles,
-    nearby,
-    number_footprints,
-    soles,
-    walked_extent,
-)
 from surefoot.show.page import Extent, units_per_inch
 from surefoot.show.picture_file import HALO
-from surefoot.show.stances import Stance, acting_pushes, pair, touchdown_cycles
+from surefoot.show.plotted_walk import PlottedWalk, Sole
+from surefoot.show.stances import acting_pushes, pair, touchdown_cycles
 from surefoot.show.walk_events import draw_push, label_pushes, push_arrow
 
 MARGIN = 0.1
@@ -32,6 +28,9 @@ MARGIN = 0.1
 
 SMALLEST = 0.7
 """Extent of the ground that is shown at least, so that soles do not fill the picture [m]."""
+
+SAME_PLACE = 0.05
+"""Footprints of one foot that are closer than this share a number [m]."""
 
 INSET = 0.1
 """Of the mark of a body's fall whose place is beyond the picture [in]."""
@@ -43,11 +42,11 @@ DOT_SPACING = 0.03
 """Distance of the dots that show the ZMP where it rests [m]."""
 
 
-def extent(rollout: Rollout, parts: list[Stance]) -> Extent:
+def extent(walk: PlottedWalk) -> Extent:
     """The ground to show: what the walk needs, and all pushes."""
+    rollout = walk.rollout
     tails = [push_arrow(rollout, push)[0] for push in acting_pushes(rollout)]
-    places = soles(rollout, parts) + missed_soles(rollout, parts)
-    walked = walked_extent(rollout, places, nearby(rollout, rollout.com))
+    walked = walk.extent(walk.soles + walk.missed_soles, walk.nearby(rollout.com))
     core = np.array([*walked, *tails])
     low, high = core.min(axis=0), core.max(axis=0)
     middle = 0.5 * (low + high)
@@ -55,15 +54,15 @@ def extent(rollout: Rollout, parts: list[Stance]) -> Extent:
     return Extent(pair(middle - half_size), pair(middle + half_size))
 
 
-def draw_top_view(ax: Axes, rollout: Rollout, parts: list[Stance], shown: Extent) -> None:
+def draw_top_view(ax: Axes, walk: PlottedWalk, shown: Extent) -> None:
     """Draw the walk from above.
 
     Args:
         ax: where to draw; its box has the proportions of `shown`.
-        rollout: the walk.
-        parts: its stances; of a body none are needed.
+        walk: what to draw.
         shown: the ground to show.
     """
+    rollout = walk.rollout
     ax.set_aspect("equal")
     ax.set(
         xlim=(shown.low[0], shown.high[0]), ylim=(shown.low[1], shown.high[1]), xlabel="x [m]",
@@ -73,12 +72,12 @@ def draw_top_view(ax: Axes, rollout: Rollout, parts: list[Stance], shown: Extent
     ax.set_axisbelow(True)
     if rollout.body is not None:
         _draw_boards(ax, rollout.body, shown)
-    draw_footprints(ax, rollout, parts)
+    _draw_footprints(ax, walk)
     if rollout.body is None:
-        number_footprints(ax, rollout, parts)
+        _number_footprints(ax, walk)
     for index, push in enumerate(acting_pushes(rollout)):
         draw_push(ax, rollout, push, index)
-    for curve in curves(rollout, parts):
+    for curve in walk.curves:
         if curve.name not in ONLY_OVER_TIME:
             ax.plot(*curve.points.T, gid=curve.name, **curve.look)
     if rollout.body is None:
@@ -108,6 +107,70 @@ def _draw_boards(ax: Axes, trace: BodyTrace, shown: Extent) -> None:
                 gid=f"board-{index}",
             )
         )  # fmt: skip
+
+
+def _draw_footprints(ax: Axes, walk: PlottedWalk) -> None:
+    """Draw the soles, and the outlines of those that were to land elsewhere."""
+    foot = walk.rollout.robot.foot
+    for sole in walk.soles:
+        edge = palette.ADAPTED if sole.online else palette.SOLE_EDGE[sole.side]
+        width, zorder = (1.8, 1.5) if sole.online else (0.8, 1.0)
+        colour = palette.SOLE[sole.side]
+        ax.add_patch(
+            sole.rectangle(foot, facecolor=colour, edgecolor=edge, linewidth=width, zorder=zorder)
+        )
+    for sole in walk.missed_soles:
+        ax.add_patch(sole.rectangle(foot, **palette.MISSED, zorder=1.6))
+
+
+def _number_footprints(ax: Axes, walk: PlottedWalk) -> None:
+    """Write the number of its step at the outer side of every sole; sideways, at its ends."""
+    ahead = np.array([1.0, 0.0] if _walks_sideways(walk) else [0.0, 1.0])
+    half, taken = walk.rollout.robot.foot.half, list[NDArray[np.float64]]()
+    # Where steps crowd, those that were decided online are the ones to name.
+    for place in sorted(_places(walk.soles[1:]), key=lambda place: not place.online):
+        outward = ahead if place.side is Side.LEFT else -ahead
+        spot = place.centre + np.array(rotated(outward * half, place.yaw))
+        spacing = np.array([0.23, 0.15]) * units_per_inch(ax)
+        if any(np.all(np.abs(spot - other) < spacing) for other in taken):
+            continue
+        taken.append(spot)
+        x, y = rotated(outward, place.yaw)
+        ax.annotate(
+            _listed(place.numbers), pair(spot), xytext=(3.0 * x, 3.0 * y),
+            textcoords="offset points", ha=("right", "center", "left")[1 + round(x)],
+            va=("top", "center", "bottom")[1 + round(y)], **palette.step_number(place.online),
+            path_effects=HALO, gid=f"number-{place.numbers[0]}", zorder=6.0,
+        )  # fmt: skip
+
+
+def _walks_sideways(walk: PlottedWalk) -> bool:
+    """Whether the feet, in their own directions, moved to the side more than ahead."""
+    moved = np.zeros(2)
+    for before, after in pairwise(walk.parts):
+        moved += rotated(np.subtract(after.support_foot, before.support_foot), -before.yaw)
+    ahead, aside = np.abs(moved)
+    return bool(aside > max(ahead, walk.rollout.robot.hip))
+
+
+def _places(soles: list[Sole]) -> list[Sole]:
+    """Where feet stood in the run; in place, several steps lead to the same."""
+    places: list[Sole] = []
+    for sole in soles:
+        for index, place in enumerate(places):
+            if sole.side is place.side and math.dist(sole.centre, place.centre) < SAME_PLACE:
+                numbers, online = place.numbers + sole.numbers, place.online or sole.online
+                places[index] = replace(place, numbers=numbers, online=online)
+                break
+        else:
+            places.append(sole)
+    return places
+
+
+def _listed(numbers: tuple[int, ...]) -> str:
+    if len(numbers) > 4:
+        return f"{numbers[0]}, {numbers[1]} … {numbers[-1]}"
+    return ", ".join(map(str, numbers))
 
 
 def _spaced(points: NDArray[np.float64]) -> list[int]:

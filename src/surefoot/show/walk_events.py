@@ -17,6 +17,7 @@ from surefoot.rollout.rollout import Rollout
 from surefoot.show import palette
 from surefoot.show.page import LINE, Extent, units_per_inch
 from surefoot.show.picture_file import HALO
+from surefoot.show.plotted_walk import PlottedWalk
 from surefoot.show.stances import (
     Stance,
     acting_pushes,
@@ -33,21 +34,18 @@ LABELLED_PUSHES = 4
 """Of more pushes than this, only the strongest have words."""
 
 
-def mark_events(ax: Axes, rollout: Rollout, parts: list[Stance]) -> None:
+def mark_events(ax: Axes, walk: PlottedWalk) -> None:
     """Mark in a plot over time what happened when.
 
     Args:
         ax: the plot; its name (gid) is part of the names of the marks.
-        rollout: the walk.
-        parts: its stances; of a body none are needed.
+        walk: what is drawn.
     """
-    body = rollout.body
+    rollout = walk.rollout
     _shade_pushes(ax, rollout)
-    if body is None:
-        _hatch_decisions(ax, rollout, parts)
+    _hatch_decisions(ax, rollout, walk.parts)
     landed = rollout.time[touchdown_cycles(rollout)].tolist()
-    colour = "#9a9a9a" if body is None else palette.TOUCHDOWN
-    _draw_instants(ax, "touchdowns", landed, color=colour, linewidth=0.5, zorder=1.6)
+    _draw_instants(ax, "touchdowns", landed, color=palette.TOUCHDOWN, linewidth=0.5, zorder=1.6)
     changes = [command.time for command in commanded(rollout)[1:]]
     _draw_instants(
         ax, "new-velocity", changes, color=palette.COM, linewidth=0.9,

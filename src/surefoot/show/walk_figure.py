@@ -14,11 +14,10 @@ from matplotlib.patches import Patch
 from surefoot.robot.feet import Side
 from surefoot.rollout.rollout import Rollout
 from surefoot.show import palette
-from surefoot.show.curves import curves
-from surefoot.show.footprints import missed_soles, soles
 from surefoot.show.page import add_axes, lay_out, view_size
 from surefoot.show.picture_file import draw_picture
-from surefoot.show.stances import Stance, acting_pushes, commanded, stances
+from surefoot.show.plotted_walk import PlottedWalk
+from surefoot.show.stances import acting_pushes, commanded
 from surefoot.show.time_plots import draw_time_plots, panels
 from surefoot.show.top_view import draw_top_view, extent
 from surefoot.show.walk_events import label_places
@@ -53,12 +52,11 @@ def walk_figure(rollout: Rollout) -> Figure:
     Returns:
         A figure of its own, not known to pyplot.
     """
-    of_body = rollout.body is not None
-    parts = [] if of_body else stances(rollout)
-    ground = extent(rollout, parts)
+    walk, of_body = PlottedWalk(rollout), rollout.body is not None
+    ground = extent(walk)
     size = view_size(ground, of_body)
     lines = [level for *_, level in label_places(rollout, ground.filling(*size), size[0])]
-    entries = legend_entries(rollout, parts)
+    entries = _legend_entries(walk)
     headline = _headline(title(rollout), 112)
     evidence = textwrap.fill(fall_evidence(rollout), 150)
     headline_height = 0.24 * len(headline.splitlines())
@@ -76,9 +74,9 @@ def walk_figure(rollout: Rollout) -> Figure:
             *page.at(0.25, 0.18 + headline_height), evidence, fontsize=9.0, va="top",
             color=palette.ALARM, gid="fall-evidence",
         )  # fmt: skip
-    draw_top_view(add_axes(figure, page.top_view), rollout, parts, page.shown)
+    draw_top_view(add_axes(figure, page.top_view), walk, page.shown)
     time_axes = [add_axes(figure, box) for box in page.time_plots]
-    draw_time_plots(time_axes, rollout, parts)
+    draw_time_plots(time_axes, walk)
     figure.legend(
         handles=entries, loc="upper left", frameon=False, bbox_to_anchor=page.at(*page.legend),
         borderaxespad=0.0, labelspacing=0.35, **page.legend_look,
@@ -98,19 +96,14 @@ def _headline(parts: list[str], length: int) -> str:
     return text
 
 
-def legend_entries(rollout: Rollout, parts: list[Stance]) -> list[Artist]:
-    """One labelled artist for each thing that is drawn; only what occurs is listed.
-
-    Args:
-        rollout: the walk.
-        parts: its stances; of a body none are needed.
-    """
-    body = rollout.body
+def _legend_entries(walk: PlottedWalk) -> list[Artist]:
+    """One labelled artist for each thing that is drawn; only what occurs is listed."""
+    rollout, body = walk.rollout, walk.rollout.body
     drawn: list[Artist] = [
         _line(curve.label, **curve.look, **(DOTTED if curve.name == "zmp" and body is None else {}))
-        for curve in curves(rollout, parts)
+        for curve in walk.curves
     ]
-    feet = {sole.side for sole in soles(rollout, parts)}
+    feet = {sole.side for sole in walk.soles}
     drawn += [
         Patch(
             facecolor=palette.SOLE[side], edgecolor=palette.SOLE_EDGE[side], linewidth=0.8,
@@ -123,11 +116,11 @@ def legend_entries(rollout: Rollout, parts: list[Stance]) -> list[Artist]:
         drawn.append(Patch(facecolor=palette.BOTH_SOLES, linewidth=0.0, label="both soles"))
     if body is not None and len(body.boards):
         drawn.append(Patch(facecolor=palette.BOARD, linewidth=0.0, label="board on the floor"))
-    online = [part for part in parts if part.adapted]
+    online = [part for part in walk.parts if part.adapted]
     edge: dict[str, Any] = {"facecolor": "none", "edgecolor": palette.ADAPTED}
     if any(part.landing is not None for part in online):
         drawn.append(Patch(**edge, linewidth=1.8, label="landing decided online"))
-    if missed_soles(rollout, parts):
+    if walk.missed_soles:
         missed = "nominal landing" if body is None else "target of a foot, missed"
         drawn.append(Patch(**palette.MISSED, label=missed))
     if online:
