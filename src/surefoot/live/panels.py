@@ -7,6 +7,7 @@ import math
 import threading
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -34,6 +35,9 @@ ANGLES = {"↑": 0, "↖": 45, "←": 90, "↙": 135, "↓": 180, "↘": -135, "
 
 KEYS = {"I": "↑", "J": "←", "K": "↓", "L": "→"}
 """As arrow keys; those turn the camera."""
+
+STEERING = (("forward [m/s]", 0.6, 0.8), ("left [m/s]", 0.3, 0.3), ("turn left [rad/s]", 0.6, 0.6))
+"""Sliders, and how far each goes back and ahead."""
 
 FIRST_PUSH = 0.5
 """Where the slider begins, for the robot's mass [m/s]."""
@@ -233,12 +237,9 @@ class Controls:
             button = gui.add_button("Push", color="yellow", icon=None, hint="key: P")
             button.on_click(lambda _: self._push_towards(self.angle.value))
         for key, arrow in KEYS.items():
-            command = gui.add_command(f"push {arrow}", hotkey=key)
-            command.on_trigger(lambda _, arrow=arrow: self._push_towards(ANGLES[arrow]))
-        gui.add_command("push", hotkey="P").on_trigger(
-            lambda _: self._push_towards(self.angle.value)
-        )
-        gui.add_command("reset", hotkey="R").on_trigger(lambda _: run.reset())
+            _on_key(gui, key, f"push {arrow}", partial(self._push_towards, ANGLES[arrow]))
+        _on_key(gui, "P", "push", lambda: self._push_towards(self.angle.value))
+        _on_key(gui, "R", "reset", run.reset)
 
     def _push_towards(self, degrees: float) -> None:
         self._run.push(math.radians(degrees), float(self.impulse.value))
@@ -246,23 +247,18 @@ class Controls:
     def _steer(self, gui: Any) -> None:
         start = self._run.steering
         with gui.add_folder("Steer it"):
-            self.forward = gui.add_slider(
-                "forward [m/s]", -0.6, 0.8, 0.05, _within(start.velocity[0], -0.6, 0.8)
-            )
-            self.left = gui.add_slider(
-                "left [m/s]", -0.3, 0.3, 0.05, _within(start.velocity[1], -0.3, 0.3)
-            )
-            self.turning = gui.add_slider(
-                "turn left [rad/s]", -0.6, 0.6, 0.05, _within(start.turning, -0.6, 0.6)
-            )
-        for slider in (self.forward, self.left, self.turning):
+            self.sliders = [
+                gui.add_slider(label, -back, ahead, 0.05, _within(value, -back, ahead))
+                for (label, back, ahead), value in zip(STEERING, _values(start), strict=True)
+            ]
+        for slider in self.sliders:
             slider.on_update(lambda _: self._steered())
 
     def _steered(self) -> None:
         with self._lock:
             if not self._setting:
-                velocity = (float(self.forward.value), float(self.left.value))
-                self._run.steer(Steering(velocity, float(self.turning.value)))
+                forward, left, turning = (float(slider.value) for slider in self.sliders)
+                self._run.steer(Steering((forward, left), turning))
                 if self._run.notice:
                     self._set(self._run.choice, self._run.steering)
 
@@ -279,8 +275,8 @@ class Controls:
             gui.add_button("Save the last minute", hint="for surefoot replay").on_click(
                 lambda event: save(event.client)
             )
-        gui.add_command("pause", hotkey="space").on_trigger(lambda _: self._paused())
-        gui.add_command("single step", hotkey="N").on_trigger(lambda _: self._stepped())
+        _on_key(gui, "space", "pause", self._paused)
+        _on_key(gui, "N", "single step", self._stepped)
 
     def _paused(self) -> None:
         with self._lock:
@@ -337,11 +333,7 @@ class Controls:
             if keys != tuple(self.controller.options):
                 self.controller.options, self.ghost.options = keys, (NO_GHOST, *keys)
             self.controller.value, self.ghost.value = choice.controller, choice.ghost or NO_GHOST
-            for slider, value in zip(
-                (self.forward, self.left, self.turning),
-                (*steering.velocity, steering.turning),
-                strict=True,
-            ):
+            for slider, value in zip(self.sliders, _values(steering), strict=True):
                 slider.value = _within(value, slider.min, slider.max)
         finally:
             self._setting = False
@@ -353,3 +345,12 @@ def _first_push(run: LiveRun) -> float:
 
 def _within(value: float, low: float, high: float) -> float:
     return min(max(value, low), high)
+
+
+def _values(steering: Steering) -> tuple[float, float, float]:
+    """Of the sliders."""
+    return (*steering.velocity, steering.turning)
+
+
+def _on_key(gui: Any, key: str, label: str, action: Callable[[], None]) -> None:
+    gui.add_command(label, hotkey=key).on_trigger(lambda _: action())

@@ -15,7 +15,7 @@ from surefoot.robot.feet import Side
 from surefoot.rollout.outcome import Outcome
 from surefoot.rollout.rollout import Rollout
 from surefoot.show.stances import Commanded, commanded, walks_on_footholds
-from surefoot.show.words import closest_call, counted, fall_evidence, margin_sentence
+from surefoot.show.words import closest_call, counted, fall_evidence, finite, margin_sentence
 
 if TYPE_CHECKING:
     # Of the walks of bodies only, and loaded with these.
@@ -79,16 +79,16 @@ def walk_summary(
         "pushes": [
             {
                 "start": push.start,
-                "duration": _finite(push.duration),
+                "duration": finite(push.duration),
                 "force": list(push.force),
-                "impulse": [_finite(component) for component in push.impulse],
-                "delta_v": [_finite(component) for component in push.delta_v(mass)],
+                "impulse": [finite(component) for component in push.impulse],
+                "delta_v": [finite(component) for component in push.delta_v(mass)],
             }
             for push in rollout.pushes
         ],
         "largest_dcm_error": float(np.hypot(*rollout.dcm_error.T).max()),
         "largest_zmp_excess": float(rollout.zmp_excess.max()),
-        "final_velocity": [_finite(component) for component in rollout.final_velocity],
+        "final_velocity": [finite(component) for component in rollout.final_velocity],
         "decision_time": {"p50": float(decision[0]), "p99": float(decision[1])},
         "smallest_margin": None if decided is None else closest_call(rollout, decided),
         "fall": None if rollout.fall is None else asdict(rollout.fall),
@@ -220,10 +220,6 @@ def _fell(rollout: Rollout) -> str:
 def _round(value: float) -> str:
     """Three decimals, and no minus before a zero."""
     return f"{round(value, 3) + 0.0:.3f}"
-
-
-def _finite(value: float) -> float | None:
-    return float(value) if math.isfinite(value) else None
 
 
 def _body_end(rollout: Rollout) -> str:

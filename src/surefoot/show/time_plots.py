@@ -53,16 +53,19 @@ def panels(rollout: Rollout) -> tuple[Panel, ...]:
     return POINT_PANELS if rollout.body is None else BODY_PANELS
 
 
-def draw_time_plots(axes: Sequence[Axes], walk: PlottedWalk) -> None:
+def draw_time_plots(
+    axes: Sequence[Axes], walk: PlottedWalk, shown: Sequence[Panel] | None = None
+) -> None:
     """Draw the plots over time, one below the other.
 
     Args:
-        axes: as many as there are `panels`, of the same width.
+        axes: one for each plot, of the same width.
         walk: what to draw.
+        shown: what is plotted; all `panels` of the walk if None.
     """
     rollout = walk.rollout
     start = float(rollout.time[0])
-    for index, (ax, panel) in enumerate(zip(axes, panels(rollout), strict=True)):
+    for index, (ax, panel) in enumerate(zip(axes, shown or panels(rollout), strict=True)):
         ax.set_gid(panel.name)
         ax.set_xlim(start, max(float(rollout.time[-1]), start + 1e-3))
         ax.grid(axis="y", color=palette.GRID, linewidth=0.5, zorder=0)

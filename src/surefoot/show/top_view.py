@@ -54,13 +54,14 @@ def extent(walk: PlottedWalk) -> Extent:
     return Extent(pair(middle - half_size), pair(middle + half_size))
 
 
-def draw_top_view(ax: Axes, walk: PlottedWalk, shown: Extent) -> None:
+def draw_top_view(ax: Axes, walk: PlottedWalk, shown: Extent, *, labelled: bool = True) -> None:
     """Draw the walk from above.
 
     Args:
         ax: where to draw; its box has the proportions of `shown`.
         walk: what to draw.
         shown: the ground to show.
+        labelled: whether the words of the pushes stand above it.
     """
     rollout = walk.rollout
     ax.set_aspect("equal")
@@ -89,7 +90,8 @@ def draw_top_view(ax: Axes, walk: PlottedWalk, shown: Extent) -> None:
         *rollout.dcm[landed].T, "o", color="white", markeredgecolor=palette.DCM, markersize=3.6,
         markeredgewidth=1.0, zorder=4.3, gid="dcm-touchdown",
     )  # fmt: skip
-    label_pushes(ax, rollout, shown)
+    if labelled:
+        label_pushes(ax, rollout, shown)
     if rollout.fallen:
         _mark_fall(ax, rollout, shown)
 

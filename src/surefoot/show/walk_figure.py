@@ -56,7 +56,7 @@ def walk_figure(rollout: Rollout) -> Figure:
     ground = extent(walk)
     size = view_size(ground, of_body)
     lines = [level for *_, level in label_places(rollout, ground.filling(*size), size[0])]
-    entries = _legend_entries(walk)
+    entries = legend_entries(walk)
     headline = _headline(title(rollout), 112)
     evidence = textwrap.fill(fall_evidence(rollout), 150)
     headline_height = 0.24 * len(headline.splitlines())
@@ -96,7 +96,7 @@ def _headline(parts: list[str], length: int) -> str:
     return text
 
 
-def _legend_entries(walk: PlottedWalk) -> list[Artist]:
+def legend_entries(walk: PlottedWalk) -> list[Artist]:
     """One labelled artist for each thing that is drawn; only what occurs is listed."""
     rollout, body = walk.rollout, walk.rollout.body
     drawn: list[Artist] = [
