@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -96,10 +97,8 @@ def check(context: click.Context, robot: str, picture: Path | None, as_json: boo
     if as_json:
         print_json({"robot": name, "good": not found_problem, "checks": findings})
     else:
-        for line in _check_lines(findings):
-            verdict, rest = line[:7], line[7:]
-            click.echo(click.style(verdict, fg=_COLOURS.get(verdict.strip())) + rest)
-        click.echo(_check_verdict(name, findings))
+        for line in _check_lines(name, findings):
+            click.echo(line)
     if picture is not None and draw is None:
         click.echo("no picture: there is no mechanism to draw", err=True)
     elif picture is not None and draw is not None:
@@ -107,39 +106,30 @@ def check(context: click.Context, robot: str, picture: Path | None, as_json: boo
     context.exit(PROBLEMS if found_problem else 0)
 
 
-def _check_lines(findings: Sequence[Mapping[str, str]]) -> list[str]:
-    """One line for what is well, three for what is not.
+def _check_lines(name: str, findings: Sequence[Mapping[str, str]]) -> Iterator[str]:
+    """One line for what is well, three for what is not, and how many there are.
 
     Args:
+        name: of the robot.
         findings: with check, verdict, expected, got and remedy.
     """
-    width = max(len(finding["check"]) for finding in findings)
-    lines = []
-    for finding in findings:
-        verdict = finding["verdict"]
-        head = f"{verdict:7}"
-        if verdict == "ok":
-            lines.append(f"{head}  {finding['check']:{width}}  {finding['got']}")
-            continue
-        indent = " " * (11 + width)
-        lines += [
-            f"{head}  {finding['check']:{width}}  expected {finding['expected']}",
-            f"{indent}got {finding['got']}",
-            f"{indent}do this: {finding['remedy']}",
-        ]
-    return lines
-
-
-def _check_verdict(name: str, findings: Sequence[Mapping[str, str]]) -> str:
-    """The last line."""
     from surefoot.show.words import counted
 
-    counts = {
-        noun: sum(finding["verdict"] == noun for finding in findings)
-        for noun in ("problem", "warning")
-    }
-    found = [counted(count, noun) for noun, count in counts.items() if count]
-    return f"{name}: {' and '.join(found) or 'all is well'}"
+    width = max(len(finding["check"]) for finding in findings)
+    indent = " " * (11 + width)
+    for finding in findings:
+        verdict = finding["verdict"]
+        head = click.style(f"{verdict:7}", fg=_COLOURS[verdict])
+        head += f"  {finding['check']:{width}}  "
+        if verdict == "ok":
+            yield head + finding["got"]
+            continue
+        yield f"{head}expected {finding['expected']}"
+        yield f"{indent}got {finding['got']}"
+        yield f"{indent}do this: {finding['remedy']}"
+    counts = Counter(finding["verdict"] for finding in findings)
+    found = [counted(counts[noun], noun) for noun in ("problem", "warning") if counts[noun]]
+    yield f"{name}: {' and '.join(found) or 'all is well'}"
 
 
 def _check_picture(path: Path) -> None:
