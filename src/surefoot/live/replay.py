@@ -59,18 +59,18 @@ class Scenes:
     Attributes:
         rollout: the walk.
         robot: the point mass that its controller planned for.
-        commands: what was commanded, in order of time.
         cycles: of the scenes, shape (n,).
         sentences: what happens, one for each scene.
         samples: for the charts, likewise.
+        durations: of a nominal step, likewise [s].
     """
 
     rollout: Rollout
     robot: Robot
-    commands: list[Commanded]
     cycles: np.ndarray
     sentences: tuple[str, ...]
     samples: tuple[Sample, ...]
+    durations: tuple[float, ...]
 
     def snapshot(self, scene: int) -> Snapshot:
         """What is drawn of it."""
@@ -80,11 +80,6 @@ class Scenes:
         """The last scene that is not later [s]."""
         times = self.rollout.time[self.cycles]
         return max(int(np.searchsorted(times, time + 1e-9, side="right")) - 1, 0)
-
-    def gait(self, scene: int) -> NominalGait:
-        """Nominal, for the velocity that was commanded then."""
-        time = float(self.rollout.time[self.cycles[scene]])
-        return _gait(self.rollout, self.robot, self.commands, time)
 
 
 def scenes_of(rollout: Rollout) -> Scenes:
@@ -96,23 +91,24 @@ def scenes_of(rollout: Rollout) -> Scenes:
     gait = _gait(rollout, robot, commands, first)
     story = Story(gait, rollout.robot, command_at(commands, first).velocity)
     pending = acting_pushes(rollout)
-    sentences, samples, before = [], [], 0
+    sentences, samples, durations, before = [], [], [], 0
     for cycle in cycles:
         snapshot = snapshot_of(rollout, int(cycle))
         while pending and pending[0].start <= snapshot.time:
             push = pending.pop(0)
-            then = snapshot_of(rollout, max(int(np.searchsorted(rollout.time, push.start)) - 1, 0))
-            yaw = float(then.observation["support_yaw"])
-            story.pushed(push, math.atan2(push.force[1], push.force[0]) - yaw, then)
+            before_it = max(int(np.searchsorted(rollout.time, push.start)) - 1, 0)
+            story.pushed(push, snapshot_of(rollout, before_it))
         gait = _gait(rollout, robot, commands, snapshot.time)
         story.watch(snapshot, gait, command_at(commands, snapshot.time).velocity)
         if rollout.fallen and cycle == cycles[-1]:
             story.fell(rollout)
         sentences.append(story.sentence)
+        durations.append(gait.step_duration)
         slowest = float(rollout.decision_time[before : cycle + 1].max())
         samples.append(sample_of(snapshot, slowest))
         before = int(cycle)
-    return Scenes(rollout, robot, commands, cycles, tuple(sentences), tuple(samples))
+    of_scenes = tuple(sentences), tuple(samples), tuple(durations)
+    return Scenes(rollout, robot, cycles, *of_scenes)
 
 
 def _gait(rollout: Rollout, robot: Robot, commands: list[Commanded], time: float) -> NominalGait:
@@ -197,7 +193,7 @@ class ReplayPage:
         if scene % 6 == 0 or not self.playing:
             first = max(scene - round(REMEMBERED / SAMPLING), 0)
             samples = scenes.samples[first : scene + 1]
-            self.charts.show(samples, scenes.robot, scenes.gait(scene).step_duration)
+            self.charts.show(samples, scenes.robot, scenes.durations[scene])
 
 
 def write_page(

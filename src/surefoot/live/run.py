@@ -191,7 +191,7 @@ class LiveRun:
             angle = direction + float(snapshot.observation["support_yaw"])
             towards = math.cos(angle), math.sin(angle)
             push = Push.of_impulse(impulse, towards, self.walk.time, PUSH_DURATION)
-            self.story.pushed(push, direction, snapshot)
+            self.story.pushed(push, snapshot)
             for one in self._walks:
                 if not one.fallen:
                     one.push(push)

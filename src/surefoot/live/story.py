@@ -87,16 +87,10 @@ class Story:
         every = f"a step every {self._gait.step_duration:.2f} s"
         return f"Walking: {velocity_words(self._velocity)}, {every}."
 
-    def pushed(self, push: Push, direction: float, snapshot: Snapshot) -> None:
-        """A push begins.
-
-        Args:
-            push: it.
-            direction: from the robot's own forward, counter-clockwise [rad].
-            snapshot: of the moment before.
-        """
-        impulse = math.hypot(*push.impulse)
-        towards = direction_words(direction)
+    def pushed(self, push: Push, snapshot: Snapshot) -> None:
+        """A push begins; the snapshot is of the moment before."""
+        impulse, yaw = math.hypot(*push.impulse), float(snapshot.observation["support_yaw"])
+        towards = direction_words(math.atan2(push.force[1], push.force[0]) - yaw)
         self._push = f"Pushed {impulse:.0f} N s {towards} ({impulse / self._robot.mass:.2f} m/s)"
         self._plan, self._landed = _plan_of(snapshot), ""
         self._acts_until = push.end

@@ -70,27 +70,12 @@ class DecidedWalk:
 
 
 def draw_decisions(walks: Sequence[DecidedWalk], path: Path) -> None:
-    """Draw the decisions of walks into a file, beside each other.
-
-    Args:
-        walks: one or more.
-        path: file to write; its ending names the format (.png, .pdf, .svg).
-
-    Raises:
-        FileError: another ending, or the file cannot be written.
-    """
+    """Draw the decisions of walks into a file, beside each other; see `draw_picture`."""
     draw_picture(lambda: decision_figure(walks), path, "decisions of the unified controller")
 
 
 def decision_figure(walks: Sequence[DecidedWalk]) -> Figure:
-    """Plots over time, one column for each walk; the same scales in all.
-
-    Args:
-        walks: one or more.
-
-    Returns:
-        A figure of its own, not known to pyplot.
-    """
+    """Plots over time, one column for each walk; the same scales in all."""
     wide = _WIDTH_ALONE if len(walks) == 1 else _WIDTH_BESIDE
     width = _LEFT + len(walks) * (wide + _SPACE) - _SPACE + _RIGHT
     head = _HEAD if all(walk.name for walk in walks) else 2.0 * _HEAD

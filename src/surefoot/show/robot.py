@@ -42,27 +42,17 @@ _FAR = 50.0
 
 
 def draw_robot(mechanism: Multibody, pose: NominalPose, path: Path) -> None:
-    """Draw a robot into a file.
-
-    Args:
-        mechanism: of the robot.
-        pose: of the same mechanism.
-        path: file to write; its ending names the format (.png, .pdf, .svg).
+    """Draw a robot and the pose of its mechanism into a file; see `draw_picture`.
 
     Raises:
         DisplayError: there is no OpenGL without a screen.
-        FileError: the file cannot be written.
     """
     title = f"{mechanism.robot.name} in its nominal pose"
     draw_picture(lambda: robot_figure(mechanism, pose), path, title)
 
 
 def robot_figure(mechanism: Multibody, pose: NominalPose) -> Figure:
-    """The picture of a robot; a figure of its own, not known to pyplot.
-
-    Raises:
-        DisplayError: there is no OpenGL without a screen.
-    """
+    """The picture of a robot, not known to pyplot; raises as `draw_robot`."""
     views = _views(mechanism)
     scale = _VIEW / (views[0].up[1] - views[0].up[0])
     widths = [scale * (view.across[1] - view.across[0]) for view in views]
@@ -268,18 +258,7 @@ class Elevation:
 
 
 def draw_elevations(mechanism: Multibody, views: list[Elevation]) -> list[NDArray[np.uint8]]:
-    """Pictures of a mechanism in its nominal pose, on white.
-
-    Args:
-        mechanism: to be drawn.
-        views: from where.
-
-    Returns:
-        For each view an array (height, width, 3).
-
-    Raises:
-        DisplayError: there is no OpenGL without a screen.
-    """
+    """Pictures of a mechanism in its nominal pose, on white: of each view (height, width, 3)."""
     data, model, options = mechanism.data(), mechanism.model, shown_shapes(mechanism)
     model.vis.map.zfar = 4.0 * _FAR / model.stat.extent
     model.vis.headlight.ambient[:] = 0.45

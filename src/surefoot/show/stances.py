@@ -124,7 +124,7 @@ def commanded(rollout: Rollout) -> list[Commanded]:
         return [Commanded(*command) for command in rollout.body.steering]
     velocities: list[tuple[float, tuple[float, float]]] = []
     for time, velocity in rollout.velocities:
-        own = own_velocity(velocity, heading_at(rollout, time))
+        own = _own_velocity(velocity, heading_at(rollout, time))
         if not velocities or (time <= rollout.time[-1] and own != velocities[-1][1]):
             velocities.append((time, own))
     ends = [time for time, _ in velocities[1:]] + [math.inf]
@@ -156,7 +156,7 @@ def heading_at(rollout: Rollout, time: float) -> float:
     return float(rollout.observations["support_yaw"][max(cycle, 0)])
 
 
-def own_velocity(velocity: tuple[float, float], heading: float) -> tuple[float, float]:
+def _own_velocity(velocity: tuple[float, float], heading: float) -> tuple[float, float]:
     """A velocity of the world's frame in that of a robot with this heading [rad]."""
     if heading == 0.0:
         return velocity

@@ -30,28 +30,13 @@ DOTTED: dict[str, Any] = {"marker": ".", "markersize": 6.0, "markeredgewidth": 0
 
 
 def draw_walk(rollout: Rollout, path: Path) -> None:
-    """Draw a walk into a file; the same walk gives the same bytes.
-
-    Args:
-        rollout: the walk.
-        path: file to write; its ending names the format (.png, .pdf, .svg).
-
-    Raises:
-        FileError: another ending, or the file cannot be written.
-    """
+    """Draw a walk into a file, see `draw_picture`; the same walk gives the same bytes."""
     about = f"{rollout.controller}({rollout.controller_parameters})"
     draw_picture(lambda: walk_figure(rollout), path, ", ".join(title(rollout)), about)
 
 
 def walk_figure(rollout: Rollout) -> Figure:
-    """The picture of a walk, in the caller's matplotlib style; `draw_walk` has its own.
-
-    Args:
-        rollout: the walk.
-
-    Returns:
-        A figure of its own, not known to pyplot.
-    """
+    """The picture of a walk, not known to pyplot, in the caller's style of matplotlib."""
     walk, of_body = PlottedWalk(rollout), rollout.body is not None
     ground = extent(walk)
     size = view_size(ground, of_body)
