@@ -395,7 +395,7 @@ def test_new_velocities_are_marked(drawn: Get) -> None:
     walk = drawn("other velocities")
     times = [path[0, 0] for path in walk.one("new-velocity-x").get_segments()]
     assert times == pytest.approx([0.9, 2.1])
-    assert walk.texts("velocity-.*") == ["0.2 m/s forward", "0.3 m/s forward, 0.1 m/s left"]
+    assert walk.texts("command-.*") == ["0.2 m/s forward", "0.3 m/s forward, 0.1 m/s left"]
 
 
 def test_the_legend_names_only_what_is_there(drawn: Get) -> None:

@@ -61,7 +61,7 @@ class Sole:
         centre: of the sole (x, y) [m].
         yaw: its heading [rad].
         side: which foot.
-        samples: the cycles in which it carried.
+        samples: the cycles in which it carried; none of the swing foot's first place.
         name: of the patch in the picture.
         numbers: of the steps that brought it there; empty for a foot that stood at the start, and
             on a body, whose steps are not numbered.

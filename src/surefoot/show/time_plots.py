@@ -96,7 +96,8 @@ def _draw_position(ax: Axes, walk: PlottedWalk) -> None:
             outside = zmp_outside(rollout)[:, axis]
             values = broken(np.where(outside, rollout.zmp[:, axis], np.nan), walk.parts)
         ax.plot(curve.time, values, gid=f"{curve.name}-{name}", **curve.look)
-    low, high = (float(edge[axis]) for edge in walk.extent(walk.soles, rollout.com))
+    carried = [sole for sole in walk.soles if sole.samples.stop > 0]
+    low, high = (float(edge[axis]) for edge in walk.extent(carried, rollout.com))
     margin = 0.05 * (high - low)
     ax.set_ylim(low - margin, high + margin)
     ax.set_ylabel(f"{name} [m]")

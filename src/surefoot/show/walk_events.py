@@ -110,34 +110,27 @@ def _draw_instants(ax: Axes, name: str, times: list[float], **look: Any) -> None
 
 def name_events(ax: Axes, rollout: Rollout) -> None:
     """Write beside their lines new commands, and when the robot was lost and when it fell."""
-    body, fall, body_fall = rollout.body, rollout.fall, rollout.body_fall
-    if body is None:
-        for command in commanded(rollout)[1:]:
-            words, gid = command_words(command), f"velocity-{command.time:g}"
-            _name(ax, words, command.time, 0.97, gid, fontsize=7.5, clip_on=True)
-        if fall is not None:
-            for name, time, height in (("lost", fall.lost_time, 0.97), ("fell", fall.time, 0.76)):
-                if time is not None:
-                    _name(
-                        ax, name, time, height, f"{name}-label", left=True, fontsize=8.0,
-                        fontweight="bold", color=palette.ALARM,
-                    )  # fmt: skip
+    words = command_words if rollout.body is None else command_label
+    for command in commanded(rollout)[1:]:
+        late = rollout.body is not None and command.time > 0.8 * float(rollout.time[-1])
+        gid = f"command-{command.time:g}"
+        _name(ax, words(command), command.time, 0.96, gid, left=late, fontsize=7.5, clip_on=True)
+    fall, body_fall = rollout.fall, rollout.body_fall
+    if fall is None:
         return
-    words = [
-        (command.time, command_label(command), palette.COM, f"command-{command.time:g}")
-        for command in commanded(rollout)[1:]
-    ]
+    signs = [("lost", fall.lost_time, "lost"), ("fell", fall.time, "fell")]
     if body_fall is not None:
-        words.append((body_fall.time, body_fall.cause.value, palette.ALARM, "lost-label"))
-    for time, text, colour, gid in words:
-        _name(
-            ax, text, time, 0.95, gid, left=time > 0.8 * float(rollout.time[-1]), fontsize=8.0,
-            fontweight="bold", color=colour,
-        )  # fmt: skip
+        signs = [("lost", body_fall.time, body_fall.cause.value)]
+    for height, (name, time, text) in zip((0.96, 0.75), signs, strict=False):
+        if time is not None:
+            _name(
+                ax, text, time, height, f"{name}-label", left=True, fontsize=8.0,
+                fontweight="bold", color=palette.ALARM,
+            )  # fmt: skip
 
 
 def _name(
-    ax: Axes, text: str, time: float, height: float, gid: str, *, left: bool = False, **look: Any
+    ax: Axes, text: str, time: float, height: float, gid: str, *, left: bool, **look: Any
 ) -> None:
     """Write a text beside the line of an instant, at a height from 0 to 1."""
     ax.annotate(
