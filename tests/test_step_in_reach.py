@@ -38,7 +38,6 @@ class Moment:
         controller = sf.StepTiming(robot, (0.4, 0.1))
         self.side = sf.Side(rng.choice([-1, 1]))
         self.now = rng.uniform(0.0, 0.6)
-        swung = controller.gait.step(self.side)
         self.foot = (
             rng.uniform(-0.4, 0.4),
             self.side * rng.uniform(0.05, 0.4),
@@ -48,7 +47,6 @@ class Moment:
         self.growth = start + rng.normal(scale=0.08, size=2)
         self.problem: StepProblem = controller.step_problem(self.side, tuple(self.growth), 0.0)
         self.leg = (robot.swing.max_speed, robot.swing.max_acceleration, self.omega)
-        assert len(swung) == 2
 
     def solve(self) -> np.void:
         solution = new_array(StepSolution.DTYPE)
