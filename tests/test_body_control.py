@@ -65,7 +65,7 @@ def test_a_foot_that_swings_inward_stops_before_its_fellow(
     support: int, speed: float, start: float
 ) -> None:
     limits, walk = new_array(BODY_LIMITS), new_array(BODY_WALK)
-    limits["apart"], limits["braking"], limits["period"] = 0.15, 40.0, 0.001
+    limits["min_distance"], limits["braking"], limits["period"] = 0.15, 40.0, 0.001
     walk["support"] = support
     side, stance = (1.0 if support == 1 else -1.0), 0.3
     place = np.array([0.1, stance + side * (0.15 + start)])

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from surefoot.interface import COMMAND, OBSERVATION
-from surefoot.worlds.body.interface import BodyControllerState, JointCommand
+from surefoot.worlds.body.interface import JointCommand
 from surefoot.worlds.body.plant import BodyPlant
 
 Array = NDArray[Any]
@@ -104,9 +104,7 @@ class BodyRecorder:
         cycles: how many rows are retained, the last ones.
     """
 
-    def __init__(
-        self, plant: BodyPlant, state: BodyControllerState, estimates: bool, cycles: int
-    ) -> None:
+    def __init__(self, plant: BodyPlant, state: Any, estimates: bool, cycles: int) -> None:
         multibody = plant.multibody
         self._plant, self._estimates, self.cycles = plant, estimates, cycles
         given = {
@@ -132,7 +130,7 @@ class BodyRecorder:
         if self._estimates:
             np.concatenate((position, velocity), out=self._given.rows[row])
 
-    def record_decision(self, row: int, state: BodyControllerState, command: JointCommand) -> None:
+    def record_decision(self, row: int, state: Any, command: JointCommand) -> None:
         """What was decided."""
         row %= self.cycles
         self._keep("walk", row, state.walk)
