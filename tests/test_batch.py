@@ -8,8 +8,7 @@ import pytest
 import surefoot as sf
 from surefoot.interface import COMMAND
 from surefoot.record import new_array
-from surefoot.worlds.point.batch import simulate_batch
-from surefoot.worlds.point.landings import pushed_landings
+from surefoot.worlds.point.batch import pushed_landings, simulate_batch
 from surefoot.worlds.point.plant import LipmSimulator
 from surefoot.worlds.point.sensors import PointSensors
 

@@ -19,8 +19,7 @@ from surefoot.rollout.outcome import has_walked_on
 from surefoot.worlds.body.estimator import BodyReadings
 from surefoot.worlds.body.interface import JointCommand
 from surefoot.worlds.body.plant import BodyPlant
-from surefoot.worlds.body.recorder import BodyRecorder
-from surefoot.worlds.body.recording import floor_zmp, roll_pitch_yaw
+from surefoot.worlds.body.recording import BodyRecorder, floor_zmp, roll_pitch_yaw
 
 STEERING = [
     (0.0, sf.Steering((0.2, 0.0))),
@@ -118,8 +117,8 @@ def test_the_zmp_is_that_of_every_contact(control: sf.BodyControl) -> None:
         plant.act(command)
         recorder.record_effect(row, (0, 0, 0, 0))
     record = recorder.record(60)
-    wrench = np.stack([record.effect["left_wrench"], record.effect["right_wrench"]], axis=1)
-    zmp = floor_zmp(record.state["com"], wrench)[-1]
+    wrench = np.stack([record["left_wrench"], record["right_wrench"]], axis=1)
+    zmp = floor_zmp(record["com"], wrench)[-1]
     assert abs(zmp - pushed[:2] / pushed[2]).max() < 2e-4
     assert wrench[-1, :, 5] == pytest.approx(plant.foot_force, rel=1e-6)
 

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from surefoot.live.run import Choice
     from surefoot.live.stage import MakeFigure
     from surefoot.worlds.steering import Steering
-    from surefoot.worlds.walk import Walk
+    from surefoot.worlds.world import World
 
 
 @click.command()
@@ -76,7 +76,7 @@ def live(
     )  # fmt: skip
 
 
-def make_walk(choice: Choice, key: str, steering: Steering) -> Walk[Any]:
+def make_walk(choice: Choice, key: str, steering: Steering) -> World:
     """A walk from its beginning.
 
     Args:
@@ -100,15 +100,14 @@ def make_walk(choice: Choice, key: str, steering: Steering) -> Walk[Any]:
     return walk
 
 
-def _point(robot: Any, key: str, steering: Steering) -> Walk[Any]:
+def _point(robot: Any, key: str, steering: Steering) -> World:
     from surefoot.control.registry import find_method
     from surefoot.worlds.point.world import PointWorld
-    from surefoot.worlds.walk import Walk
 
-    return Walk(PointWorld(find_method(key).controller(robot, steering.velocity)))
+    return PointWorld(find_method(key).controller(robot, steering.velocity))
 
 
-def _body(robot: Any, key: str, steering: Steering) -> Walk[Any]:
+def _body(robot: Any, key: str, steering: Steering) -> World:
     from surefoot.checks import optional_module
 
     optional_module("mujoco", "physics", "mujoco")
@@ -117,21 +116,20 @@ def _body(robot: Any, key: str, steering: Steering) -> Walk[Any]:
     from surefoot.worlds.body.gait import body_control, body_controller, walking_robot
     from surefoot.worlds.body.sensors import BodyNoise, usual_estimator
     from surefoot.worlds.body.world import BodyWorld
-    from surefoot.worlds.walk import Walk
 
     multibody = load_multibody(robot)
     controller = body_controller(key, walking_robot(multibody), steering.velocity)
     noise = BodyNoise.of(robot)
     estimator = usual_estimator(multibody, noise)
     control = body_control(controller, multibody)
-    return Walk(BodyWorld(control, noise=noise, estimator=estimator))
+    return BodyWorld(control, noise=noise, estimator=estimator)
 
 
-def figure_of(walk: Walk[Any]) -> MakeFigure:
+def figure_of(walk: World) -> MakeFigure:
     """How a walk is drawn: with its mechanism's looks if it has one."""
     from surefoot.live.figure import PointFigure
 
-    multibody = getattr(walk.world, "multibody", None)
+    multibody = getattr(walk, "multibody", None)
     if multibody is None:
         return lambda scene, name, opacity: PointFigure(scene, name, walk.robot, opacity)
     from surefoot.live.body_figure import BodyFigure

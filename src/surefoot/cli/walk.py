@@ -247,7 +247,7 @@ def walk(
         )  # fmt: skip
         check_body_walk(body_walk)
         _check_outputs([plot], video, save, dump)
-        rollout = walk_body(body_walk)
+        rollout = walk_body(body_walk, dump)
     else:
         _check_outputs([plot, decision_plot], None, save, dump)
         if unprojected:

@@ -38,7 +38,6 @@ OF_POINT_MASS = {
     "double_support": "--double-support",
     "unprojected": "--unprojected",
     "decision_plot": "--plot-decisions",
-    "dump": "--dump",
 }
 """Options that a body has no use for."""
 
@@ -132,13 +131,13 @@ def check_body_walk(walk: BodyWalk) -> None:
     walk.world.check_noise()
 
 
-def walk_body(walk: BodyWalk) -> Rollout:
-    """Walk in physics."""
+def walk_body(walk: BodyWalk, dump: Path | None = None) -> Rollout:
+    """Walk in physics; a fall is dumped to a file, if one is given."""
     with compiling_notice(8.0, "a minute"):
         control = make_control(walk)
         # What a walk compiles, it compiles in its first cycles.
         _simulate(replace(walk, duration=0.003), control)
-    return _simulate(walk, control)
+    return _simulate(walk, control, dump)
 
 
 def make_control(walk: BodyWalk) -> BodyControl:
@@ -188,7 +187,7 @@ def route_of(walk: BodyWalk) -> list[tuple[float, Steering]]:
     return route
 
 
-def _simulate(walk: BodyWalk, control: BodyControl) -> Rollout:
+def _simulate(walk: BodyWalk, control: BodyControl, dump: Path | None = None) -> Rollout:
     from surefoot.rollout.trace import TRUTH
     from surefoot.worlds.body.world import simulate_body
 
@@ -200,6 +199,7 @@ def _simulate(walk: BodyWalk, control: BodyControl) -> Rollout:
         surroundings=walk.world.surroundings(),
         noise=None if walk.truth else walk.world.noise(control.multibody.robot),
         estimator=TRUTH if walk.truth else None,
+        dump=dump,
     )
 
 

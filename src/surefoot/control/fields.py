@@ -36,7 +36,7 @@ class Setting:
         is_weight: whether it is a weight of the cost that is minimised.
         search: interval in which `surefoot tune` searches it; for a pair, one for each component
             or None [unit].
-        own: what it is if None, in `OwnUnits`; None if it does not follow from the robot.
+        share: what it is if None, in `OwnUnits`; None if it does not follow from the robot.
     """
 
     unit: str
@@ -46,7 +46,7 @@ class Setting:
     endless: bool = False
     is_weight: bool = False
     search: Interval | tuple[Interval | None, Interval | None] | None = None
-    own: float | None = None
+    share: float | None = None
 
 
 def setting(
@@ -59,7 +59,7 @@ def setting(
     endless: bool = False,
     is_weight: bool = False,
     search: Interval | tuple[Interval | None, Interval | None] | None = None,
-    own: float | None = None,
+    share: float | None = None,
     kw_only: bool | None = None,
 ) -> Any:
     """A field of a controller that can be set.
@@ -74,15 +74,15 @@ def setting(
         is_weight: whether it is a weight of the cost that is minimised.
         search: interval in which `surefoot tune` searches it; for a pair, one for each component
             or None.
-        own: value in `OwnUnits` where the default is None, see `fill_own`; at least 0 then, unless
-            `least` or `above` says otherwise.
+        share: value in `OwnUnits` where the default is None, see `fill_shares`; at least 0 then,
+            unless `least` or `above` says otherwise.
         kw_only: whether it is given by its name only; as the class says if None.
     """
-    if own is not None and least is None and above is None:
+    if share is not None and least is None and above is None:
         least = 0.0
     declared = Setting(
         unit, words, least if above is None else above, above is not None, endless, is_weight,
-        search, own,
+        search, share,
     )  # fmt: skip
     by_name: Any = MISSING if kw_only is None else kw_only
     return field(default=default, metadata={"setting": declared}, kw_only=by_name)
@@ -143,9 +143,9 @@ def documented(cls: _Class) -> _Class:
 def _line(entry: tuple[str, Setting]) -> str:
     name, known = entry
     unit = f" [{known.unit}]" if known.unit else ""
-    own = "" if known.own is None else f"; {known.own:g} {WORDS[known.unit]} if None"
+    share = "" if known.share is None else f"; {known.share:g} {WORDS[known.unit]} if None"
     return textwrap.fill(
-        f"{name}: {known.words}{own}{unit}.",
+        f"{name}: {known.words}{share}{unit}.",
         LINE,
         initial_indent=4 * " ",
         subsequent_indent=8 * " ",
@@ -184,12 +184,12 @@ def fill_in(controller: Any, **values: float) -> None:
             object.__setattr__(controller, name, Own(value))
 
 
-def fill_own(owner: Any, robot: Robot) -> None:
+def fill_shares(owner: Any, robot: Robot) -> None:
     """Give the settings that are None what follows from the robot."""
     units = OwnUnits.of(robot)
     for name, known in declared(owner).items():
-        if known.own is not None and getattr(owner, name) is None:
-            object.__setattr__(owner, name, known.own * units.one(known.unit))
+        if known.share is not None and getattr(owner, name) is None:
+            object.__setattr__(owner, name, known.share * units.one(known.unit))
 
 
 def filled(value: float | None) -> float:

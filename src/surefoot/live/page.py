@@ -19,7 +19,7 @@ from surefoot.live.panels import dock_panels
 from surefoot.live.run import LiveRun
 from surefoot.live.server import look_from
 from surefoot.live.stage import MakeFigure, Stage
-from surefoot.worlds.walk import Walk
+from surefoot.worlds.world import World
 
 FRAME = 1.0 / 30.0
 """Between two pictures [s]."""
@@ -30,7 +30,7 @@ MAX_BEHIND = 0.1
 CHART_FRAMES = 4
 """Pictures for one drawing of the charts."""
 
-MakeFigureOf = Callable[[Walk[Any]], MakeFigure]
+MakeFigureOf = Callable[[World], MakeFigure]
 """How a walk is drawn."""
 
 

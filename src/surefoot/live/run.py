@@ -10,7 +10,7 @@ import threading
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from surefoot.dcm.pushes import Push
 from surefoot.errors import SurefootError
@@ -18,7 +18,7 @@ from surefoot.live.story import SAMPLING, Sample, Story, sample_of
 from surefoot.rollout.rollout import Rollout
 from surefoot.rollout.snapshot import Snapshot
 from surefoot.worlds.steering import Steering
-from surefoot.worlds.walk import Walk
+from surefoot.worlds.world import World
 
 PUSH_DURATION = 0.2
 """Of every push, as everywhere [s]."""
@@ -54,13 +54,13 @@ class View(NamedTuple):
     """One instant of a run: who walks, since which cast, and what there is to see of both."""
 
     casts: int
-    walk: Walk[Any]
-    ghost: Walk[Any] | None
+    walk: World
+    ghost: World | None
     seen: Snapshot
     ghost_seen: Snapshot | None
 
 
-MakeWalk = Callable[[Choice, str, Steering], Walk[Any]]
+MakeWalk = Callable[[Choice, str, Steering], World]
 """A walk of the chosen robot with the controller of this key, steered from the start."""
 
 
@@ -88,7 +88,7 @@ class LiveRun:
         self._wanted = choice
         self._begin(self._cast(choice, steering), choice, steering)
 
-    def _cast(self, choice: Choice, steering: Steering) -> tuple[Walk[Any], Walk[Any] | None]:
+    def _cast(self, choice: Choice, steering: Steering) -> tuple[World, World | None]:
         """Walk and ghost, ready to be seen; this may take seconds."""
         walk = self._make(choice, choice.controller, steering)
         ghost = self._make(choice, choice.ghost, steering) if choice.ghost else None
@@ -97,9 +97,7 @@ class LiveRun:
                 one.step()
         return walk, ghost
 
-    def _begin(
-        self, cast: tuple[Walk[Any], Walk[Any] | None], choice: Choice, steering: Steering
-    ) -> None:
+    def _begin(self, cast: tuple[World, World | None], choice: Choice, steering: Steering) -> None:
         self.walk, self.ghost = cast
         self.choice, self.steering = choice, steering
         self.story = Story(self.walk.controller.gait, self.walk.robot, steering.velocity)

@@ -19,7 +19,7 @@ from surefoot.control.fields import (
     declared,
     described,
     documented,
-    fill_own,
+    fill_shares,
     setting,
 )
 from surefoot.dcm.frame_turn import rotated
@@ -102,32 +102,36 @@ class BodyControl:
     first_support: Side = field(
         default=Side.RIGHT, metadata=described("the foot that carries in the first step")
     )
-    settle_time: float = setting(None, "s", "standing before the first step", own=1.05)
+    settle_time: float = setting(None, "s", "standing before the first step", share=1.05)
     shift_time: float = setting(
-        None, "s", "in which the DCM is moved to where that begins", own=2.1, above=0.0
+        None, "s", "in which the DCM is moved to where that begins", share=2.1, above=0.0
     )
     place_rate: float = setting(
-        None, "1/s", "rate at which an error of place is removed; 0 holds no place", own=0.143
+        None, "1/s", "rate at which an error of place is removed; 0 holds no place", share=0.143
     )
-    max_correction: float = setting(None, "m/s", "of the velocity, to either side", own=0.0535)
-    max_change: float = setting(None, "m/s^2", "of that correction; 0 never corrects", own=0.00306)
+    max_correction: float = setting(None, "m/s", "of the velocity, to either side", share=0.0535)
+    max_change: float = setting(
+        None, "m/s^2", "of that correction; 0 never corrects", share=0.00306
+    )
     max_lead: float = setting(
-        None, "m", "the course waits for a robot that is this far from it", own=0.375
+        None, "m", "the course waits for a robot that is this far from it", share=0.375
     )
     knee_bend: float = setting(
         0.3, "rad", "least one of a leg, sets the CoM's height in long steps", least=0.0
     )
-    max_drop: float = setting(None, "m", "of the CoM", own=0.15)
-    height_stiffness: float = setting(None, "1/s^2", "of the CoM's height", own=3.26, above=0.0)
-    max_lift: float = setting(None, "m/s^2", "largest vertical acceleration", own=0.816, above=0.0)
-    sink: float = setting(None, "m/s", "speed of a foot that waits for the ground", own=0.178)
+    max_drop: float = setting(None, "m", "of the CoM", share=0.15)
+    height_stiffness: float = setting(None, "1/s^2", "of the CoM's height", share=3.26, above=0.0)
+    max_lift: float = setting(
+        None, "m/s^2", "largest vertical acceleration", share=0.816, above=0.0
+    )
+    sink: float = setting(None, "m/s", "speed of a foot that waits for the ground", share=0.178)
     mechanics: Mechanics = field(init=False, repr=False, compare=False)
     limits: NDArray[np.void] = field(init=False, repr=False, compare=False)
     kernels: BodyKernels = field(init=False, repr=False, compare=False)
     course_controller: CourseController = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        fill_own(self, self.controller.robot)
+        fill_shares(self, self.controller.robot)
         check_fields(self)
         object.__setattr__(self, "mechanics", Mechanics(self.multibody))
         object.__setattr__(self, "limits", self._limits())

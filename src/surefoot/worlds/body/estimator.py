@@ -23,7 +23,14 @@ from numpy.typing import NDArray
 
 from surefoot.compiled import entry_point, njit
 from surefoot.control.estimator import whole_cycles
-from surefoot.control.fields import check_fields, declared, described, documented, fill_own, setting
+from surefoot.control.fields import (
+    check_fields,
+    declared,
+    described,
+    documented,
+    fill_shares,
+    setting,
+)
 from surefoot.errors import ParameterError
 from surefoot.geometry import rotation_matrix, turned
 from surefoot.record import Record, copy_array, field, new_array
@@ -227,30 +234,36 @@ class BodyEstimator:
         0.005, "rad/s", "likewise of the gyroscope's constant offset, which is estimated", above=0.0
     )
     surprise: float = setting(
-        None, "rad/s^2", "error of the expected joint accelerations, likewise", own=0.408, above=0.0
+        None,
+        "rad/s^2",
+        "error of the expected joint accelerations, likewise",
+        share=0.408,
+        above=0.0,
     )
     landing_surprise: float = setting(
-        None, "rad/s^2", "what is added to it at touchdown, and fades", own=4.89, above=0.0
+        None, "rad/s^2", "what is added to it at touchdown, and fades", share=4.89, above=0.0
     )
-    slip: float = setting(None, "m/s^0.5", "random walk of a standing sole", own=3.34e-4, above=0.0)
+    slip: float = setting(
+        None, "m/s^0.5", "random walk of a standing sole", share=3.34e-4, above=0.0
+    )
     light_slip: float = setting(
-        None, "m/s^0.5", "what is added to it when no weight is on the sole", own=0.2, above=0.0
+        None, "m/s^0.5", "what is added to it when no weight is on the sole", share=0.2, above=0.0
     )
     landing_slip: float = setting(
-        None, "m/s^0.5", "what is added to it at touchdown, and fades", own=0.0668, above=0.0
+        None, "m/s^0.5", "what is added to it at touchdown, and fades", share=0.0668, above=0.0
     )
     twist: float = setting(
-        None, "rad/s^0.5", "random walk of a sole's heading while both stand", own=1.07e-4,
+        None, "rad/s^0.5", "random walk of a sole's heading while both stand", share=1.07e-4,
         above=0.0,
     )  # fmt: skip
     swing_twist: float = setting(
-        None, "rad/s^0.5", "what is added to it while the other leg swings", own=0.0107, above=0.0
+        None, "rad/s^0.5", "what is added to it while the other leg swings", share=0.0107, above=0.0
     )
     floor: float = setting(
-        None, "m", "how uneven the floor is where a foot lands, standard deviation", own=0.0125,
+        None, "m", "how uneven the floor is where a foot lands, standard deviation", share=0.0125,
         above=0.0,
     )  # fmt: skip
-    force: float = setting(None, "N", "standard deviation of the force on a sole", own=FORCE_PART)
+    force: float = setting(None, "N", "standard deviation of the force on a sole", share=FORCE_PART)
     delay: float = setting(
         0.0, "s", "age of the readings, a whole number of periods; 0 predicts nothing"
     )
@@ -260,7 +273,7 @@ class BodyEstimator:
 
     def __post_init__(self) -> None:
         robot = self.multibody.robot
-        fill_own(self, robot)
+        fill_shares(self, robot)
         check_fields(self)
         units, settings = OwnUnits.of(robot), new_array(SETTINGS)
         for record, kind in ((settings["base"], BaseNoise), (settings, Settings)):

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from surefoot.compiled import entry_point, njit
-from surefoot.control.fields import check_fields, described, documented, fill_own, setting
+from surefoot.control.fields import check_fields, described, documented, fill_shares, setting
 from surefoot.record import Record
 from surefoot.record import field as value
 from surefoot.robot.multibody import Multibody
@@ -148,8 +148,8 @@ class InverseKinematics:
         200.0, "1/s", "at which errors of place are removed; a fifth in a cycle, of any robot",
         above=0.0,
     )  # fmt: skip
-    stiffness: float = setting(None, "N m/rad", "of the servos", own=3.75, above=0.0)
-    damping: float = setting(None, "N m s/rad", "likewise", own=0.394, above=0.0)
+    stiffness: float = setting(None, "N m/rad", "of the servos", share=3.75, above=0.0)
+    damping: float = setting(None, "N m s/rad", "likewise", share=0.394, above=0.0)
     trunk_weight: float = setting(
         0.3, "-", "of the trunk's orientation, where that of a sole has 1", above=0.0
     )
@@ -157,7 +157,7 @@ class InverseKinematics:
     _workspace: _Workspace = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        fill_own(self, self.multibody.robot)
+        fill_shares(self, self.multibody.robot)
         check_fields(self)
         object.__setattr__(self, "_workspace", _Workspace(self))
 

@@ -229,14 +229,18 @@ class BodySensors:
         plant: what is measured.
         noise: of its sensors, none if None.
         estimator: makes a state of what they measure; with None the true state is given.
+
+    Attributes:
+        noise_memory: what the noise remembers.
+        memory: what the estimator does; None before its first cycle.
     """
 
     def __init__(
         self, plant: BodyPlant, noise: SensorNoise | None, estimator: BodyEstimator | None
     ) -> None:
         self.plant, self.noise, self.estimator = plant, noise, estimator
-        self._noise_memory = None if noise is None else noise.start()
-        self._memory: BodyMemory | None = None
+        self.noise_memory = None if noise is None else noise.start()
+        self.memory: BodyMemory | None = None
 
     def measure(self, first: bool = False) -> BodyReadings | None:
         """What the sensors measure in this cycle, or None if the true state is given.
@@ -250,7 +254,7 @@ class BodySensors:
             return None
         readings = measure_standing(self.plant) if first else measure(self.plant)
         if self.noise is not None:
-            readings, self._noise_memory = self.noise.step(self._noise_memory, readings)
+            readings, self.noise_memory = self.noise.step(self.noise_memory, readings)
         return readings
 
     def estimate(self, readings: BodyReadings | None, state: Any, command: JointCommand) -> State:
@@ -264,15 +268,15 @@ class BodySensors:
         if self.estimator is None or readings is None:
             plant = self.plant
             return plant.position, plant.velocity, plant.foot_force
-        if self._memory is None:
-            self._memory = self.estimator.start(readings)
+        if self.memory is None:
+            self.memory = self.estimator.start(readings)
         walk, feet = state.walk, BOTH
         if walk["phase"][0] == WALKING:
             feet = ONE[walk["support"][0]]
-        position, velocity, self._memory = self.estimator.step(
-            self._memory, readings, feet, command.acceleration
+        position, velocity, self.memory = self.estimator.step(
+            self.memory, readings, feet, command.acceleration
         )
-        return position, velocity, self._memory.base["load"][0]
+        return position, velocity, self.memory.base["load"][0]
 
     def fork(self, plant: BodyPlant) -> BodySensors:
         """The same on another plant: what is remembered is a value."""
