@@ -1,5 +1,5 @@
-"""What a walk is disturbed by besides pushes: what is measured of it is wrong, late or noisy, and
-the feet land elsewhere or at another time than they are to.
+"""What disturbs a walk besides pushes: measurements that are off, late or noisy, and feet that land
+elsewhere or at another time than planned.
 
 Random numbers are functions of where they are used, not of what was drawn before: the number of a
 seed, a step, a cycle and a channel is a hash of the four, splitmix64 (Steele, Lea, Flood 2014). So

@@ -11,7 +11,7 @@ smooths without a lag:
 
     velocity <- velocity + a dt,    angle <- angle + velocity dt,
 
-where a is wrong by white noise. An impact, or a foot that tips over an edge, is not expected. It
+where a has an error of white noise. An impact, or a foot that tips over an edge, is unexpected. It
 shows in the velocity's innovation, averaged over the last few cycles: where that is more than
 `TRUSTED` of its standard deviations, the velocity is made as uncertain as the average is large,
 and follows the measurement.
@@ -120,7 +120,7 @@ def begin(settings, links, memory, readings):
 
 @njit
 def _lean(c, arm, lean):
-    """A lean that is wrong moves the base, `arm` over its soles, whose middle is known."""
+    """An error of the lean moves the base, `arm` over its soles, whose middle is known."""
     h = np.zeros((3, 2))
     h[0, 1], h[1, 0], h[2, 0], h[2, 1] = arm[2], -arm[2], arm[1], -arm[0]
     for j in range(2):

@@ -172,7 +172,7 @@ def rotation_error(axes, roll, pitch, yaw, error):
     """Write the rotation vector, in the world, that turns the axes towards roll, pitch, yaw.
 
     Half the sum of the cross products of actual and wanted axes: exact for small errors, and it
-    never points the wrong way below a quarter turn.
+    points the right way below a quarter turn.
     """
     cr, sr = math.cos(roll), math.sin(roll)
     cp, sp = math.cos(pitch), math.sin(pitch)

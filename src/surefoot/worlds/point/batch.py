@@ -204,7 +204,7 @@ def simulate_batch(
         `WalkResult` records, shape (walks,).
 
     Raises:
-        ParameterError: the table is wrong, the duration is not positive, or the delay is no whole
+        ParameterError: the table is refused, the duration is not positive, or the delay is no whole
             number of control periods.
         SurefootError: a controller refuses its parameters.
     """
