@@ -18,7 +18,7 @@ import numpy as np
 
 from surefoot.checks import check_seed
 from surefoot.compiled import njit
-from surefoot.control.estimator import MOST_CYCLES
+from surefoot.control.estimator import MAX_CYCLES
 from surefoot.control.fields import check_fields, documented, setting
 from surefoot.record import Array, Record, Vector2, field
 
@@ -37,8 +37,8 @@ class SensorErrors(Record):
 class DelayLine(Record):
     """CoM and its velocity in the last cycles, as a ring."""
 
-    com: Array = field("m", "centre of mass", shape=(MOST_CYCLES, 2))
-    com_velocity: Array = field("m/s", "its velocity", shape=(MOST_CYCLES, 2))
+    com: Array = field("m", "centre of mass", shape=(MAX_CYCLES, 2))
+    com_velocity: Array = field("m/s", "its velocity", shape=(MAX_CYCLES, 2))
     count: int = field("-", "how many cycles there were")
 
 
@@ -188,11 +188,11 @@ def disturb(errors, world, line, measured):
 @njit
 def _wait(delay, line, measured):
     """Put CoM and velocity into the line, and take out those of `delay` cycles ago."""
-    new = line.count % MOST_CYCLES
+    new = line.count % MAX_CYCLES
     for i in range(2):
         line.com[new, i] = measured.com[i]
         line.com_velocity[new, i] = measured.com_velocity[i]
-    old = max(line.count - delay, 0) % MOST_CYCLES
+    old = max(line.count - delay, 0) % MAX_CYCLES
     for i in range(2):
         measured.com[i] = line.com[old, i]
         measured.com_velocity[i] = line.com_velocity[old, i]

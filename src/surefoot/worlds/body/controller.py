@@ -22,8 +22,8 @@ from surefoot.control.fields import (
     fill_shares,
     setting,
 )
-from surefoot.dcm.frame_turn import rotated
 from surefoot.errors import VelocityError
+from surefoot.geometry import rotated
 from surefoot.interface import COMMAND, OBSERVATION, Command, Controller, Observation
 from surefoot.record import copy_array, new_array
 from surefoot.robot.feet import Side

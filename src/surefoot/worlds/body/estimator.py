@@ -32,7 +32,7 @@ from surefoot.control.fields import (
     setting,
 )
 from surefoot.errors import ParameterError
-from surefoot.geometry import rotation_matrix, turned
+from surefoot.geometry import rotate, rotation_matrix
 from surefoot.record import Record, copy_array, field, new_array
 from surefoot.robot.leg_kinematics import LINK, SOLES, find_soles, leg_links
 from surefoot.robot.multibody import Multibody
@@ -157,7 +157,7 @@ def _move(qpos, qvel, acceleration, dt):
     for i in range(3):
         qpos[i] += qvel[i] * dt
         turn[i] = qvel[3 + i] * dt
-    turned(orientation, turn, orientation)
+    rotate(orientation, turn, orientation)
     for k in range(FREE, qvel.shape[0]):
         qpos[1 + k] += qvel[k] * dt
 

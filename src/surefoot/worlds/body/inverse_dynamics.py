@@ -165,8 +165,8 @@ def joint_torques(robot, state, matrix, solution, torque):
     """Write what the motors have to give: M a + h - J' f, within what they can.
 
     What no motor moves obeys its equations of motion to rounding, not just to the accuracy of a
-    solver whose cost weighs contacts a million times as much as rest: its accelerations are set
-    which changes them in the eighth digit.
+    solver whose cost weighs contacts a million times as much as rest: its accelerations are mended
+    first, which changes them in the eighth digit.
     """
     passive, motors, bias = robot.passive, robot.motors, state.bias
     count, n = passive.shape[0], solution.shape[0]

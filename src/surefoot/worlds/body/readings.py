@@ -24,7 +24,7 @@ import math
 import numpy as np
 
 from surefoot.compiled import njit
-from surefoot.geometry import rotation_matrix, turned
+from surefoot.geometry import rotate, rotation_matrix
 from surefoot.record import Array, Record, Vector3, field
 from surefoot.robot.leg_kinematics import SOLES, find_soles
 from surefoot.robot.robot import STANDARD_GRAVITY
@@ -100,9 +100,9 @@ def begin(settings, links, memory, readings):
     x, y, z = force[0], force[1], force[2]
     upright, level = np.array((1.0, 0.0, 0.0, 0.0)), np.array((0.0, 0.0, 0.0))
     level[1] = math.atan2(-x, math.sqrt(y * y + z * z))
-    turned(upright, level, state.orientation)
+    rotate(upright, level, state.orientation)
     level[0], level[1] = math.atan2(y, z), 0.0
-    turned(state.orientation, level, state.orientation)
+    rotate(state.orientation, level, state.orientation)
     for k in range(joints.shape[0]):
         joints[k].angle, joints[k].velocity = angles[k], readings.joint_velocities[k]
         joints[k].covariance[0] = settings[0].base.encoder ** 2
@@ -177,7 +177,7 @@ def take_gyro(settings, base, gyro, past):
         base.turning[i] += off[i]
         turn[i] = base.withheld[0, i] * noise.period if late else 0.0
         base.withheld[0, i] = 0.0
-    turned(base.orientation, turn, base.orientation)
+    rotate(base.orientation, turn, base.orientation)
 
 
 @njit
