@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from dataclasses import dataclass
 
 import pytest
 from hypothesis import settings
@@ -14,6 +15,18 @@ pytest.register_assert_rewrite("surefoot.conformance")
 # Compiled kernels make the first example slow, and the machine may be busy: no deadlines.
 settings.register_profile("surefoot", deadline=None, max_examples=60, derandomize=True)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "surefoot"))
+
+
+@dataclass(frozen=True)
+class InPython:
+    """A compiled controller that hides its kernel, so that a batch walks it in Python."""
+
+    inner: sf.HybridController
+    kernel: None = None
+
+    def __getattr__(self, name: str):
+        return getattr(self.inner, name)
+
 
 PAPER_PUSH = sf.Push(start=1.1, duration=0.2, force=(176.0, 0.0))
 

@@ -372,15 +372,24 @@ def test_in_physics_it_follows_a_squat(multibody: Multibody) -> None:
     assert senses.foot_force.sum() == pytest.approx(multibody.mass * 9.81, rel=0.2)
 
 
-def test_wrong_parameters_are_refused(multibody: Multibody, standing: motions.Motion) -> None:
-    with pytest.raises(sf.ParameterError, match="`rate` above 0"):
-        BodyEstimator(multibody, rate=0.0)
-    with pytest.raises(sf.ParameterError, match="whole number of periods"):
-        BodyEstimator(multibody, delay=0.0015)
-    estimator = BodyEstimator(multibody)
-    short = standing.senses[0]._replace(joint_angles=np.zeros(10))
-    with pytest.raises(sf.ParameterError, match=r"`joint_angles` of shape \(12,\)"):
-        estimator.start(short)
-    silent = standing.senses[0]._replace(accelerometer=np.full(3, math.nan))
-    with pytest.raises(sf.ParameterError, match=r"`accelerometer` .* finite"):
-        estimator.start(silent)
+@pytest.mark.parametrize(
+    ("wrong", "message"),
+    [({"rate": 0.0}, "`rate` above 0"), ({"delay": 0.0015}, "whole number of periods")],
+)
+def test_wrong_parameters_are_refused(multibody: Multibody, wrong: dict, message: str) -> None:
+    with pytest.raises(sf.ParameterError, match=message):
+        BodyEstimator(multibody, **wrong)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "message"),
+    [
+        ({"joint_angles": np.zeros(10)}, r"`joint_angles` of shape \(12,\)"),
+        ({"accelerometer": np.full(3, math.nan)}, r"`accelerometer` .* finite"),
+    ],
+)
+def test_readings_that_nothing_can_start_from_are_refused(
+    estimator: BodyEstimator, standing: motions.Motion, wrong: dict, message: str
+) -> None:
+    with pytest.raises(sf.ParameterError, match=message):
+        estimator.start(standing.senses[0]._replace(**wrong))

@@ -148,7 +148,7 @@ def test_a_robot_that_is_back_in_its_gait_would_have_walked_on(impulse: float) -
 
 def test_the_push_comes_in_its_phase_of_its_step() -> None:
     start = PushedBody(ROBOT, "unified", "right", 0.25).start
-    state = start.walk.world.state
+    state = start.walk.state
     assert state.walk["support"][0] == 1
     elapsed = start.time - state.walk["began"][0]
     assert elapsed == pytest.approx(0.25 * state.command.step_duration, abs=0.0015)

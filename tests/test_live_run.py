@@ -15,7 +15,7 @@ import surefoot as sf
 from surefoot.cli.live import make_walk
 from surefoot.live.replay import scenes_of
 from surefoot.live.run import REMEMBERED, SAMPLING, Choice, LiveRun
-from surefoot.worlds.walk import Walk
+from surefoot.worlds.world import World
 
 FORWARD, LEFT = 0.0, 0.5 * math.pi
 WALKING = "Walking: 0.3 m/s forward, a step every 0.50 s."
@@ -291,7 +291,7 @@ def test_a_single_step_while_it_is_paused_is_a_sample(run: LiveRun) -> None:
 def test_the_old_one_walks_on_while_another_is_made() -> None:
     started, ready = threading.Event(), threading.Event()
 
-    def slowly(choice: Choice, key: str, steering: sf.Steering) -> Walk:
+    def slowly(choice: Choice, key: str, steering: sf.Steering) -> World:
         if choice.robot == "talos":
             started.set()
             assert ready.wait(60.0)

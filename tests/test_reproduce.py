@@ -35,7 +35,7 @@ from surefoot.studies.reproduce.question import (
     replay_fall,
 )
 from surefoot.studies.reproduce.show import paper_report
-from surefoot.worlds.point.landings import pushed_landings
+from surefoot.worlds.point.batch import pushed_landings
 
 EXPECTED = [
     ("Fig. 4", "two walking velocities", UNDER_ASSUMPTIONS),

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from surefoot.robot.robot import Robot
     from surefoot.rollout.rollout import Rollout
     from surefoot.worlds.steering import Steering
-    from surefoot.worlds.walk import Walk
+    from surefoot.worlds.world import World
 
 
 def page_options(command: Callable[..., Any]) -> Callable[..., Any]:
@@ -146,7 +146,7 @@ def _serve(
         stop(server)
 
 
-def make_walk(choice: Choice, key: str, steering: Steering) -> Walk[Any]:
+def make_walk(choice: Choice, key: str, steering: Steering) -> World:
     """A walk from its beginning.
 
     Args:
@@ -158,15 +158,13 @@ def make_walk(choice: Choice, key: str, steering: Steering) -> Walk[Any]:
         SurefootError: there is no such robot or method, it cannot walk so fast, or an extra is
             missing.
     """
-    from surefoot.worlds.walk import Walk
-
     make = _body_world if choice.simulator == "mujoco" else _point_world
-    walk = Walk(make(choice.robot, key, steering.velocity))
+    walk = make(choice.robot, key, steering.velocity)
     walk.steer(steering)
     return walk
 
 
-def _point_world(robot: str, key: str, velocity: tuple[float, float]) -> Any:
+def _point_world(robot: str, key: str, velocity: tuple[float, float]) -> World:
     from surefoot.control.registry import find_method
     from surefoot.robot.robot import load_robot
     from surefoot.worlds.point.world import PointWorld
@@ -175,7 +173,7 @@ def _point_world(robot: str, key: str, velocity: tuple[float, float]) -> Any:
     return PointWorld(find_method(key).controller(loaded, velocity))
 
 
-def _body_world(robot: str, key: str, velocity: tuple[float, float]) -> Any:
+def _body_world(robot: str, key: str, velocity: tuple[float, float]) -> World:
     from surefoot.cli.walk_body import make_body_control, require_physics
 
     require_physics()
@@ -187,9 +185,9 @@ def _body_world(robot: str, key: str, velocity: tuple[float, float]) -> Any:
     return BodyWorld(control, noise=noise, estimator=usual_estimator(control.multibody, noise))
 
 
-def figure_of(walk: Walk[Any]) -> MakeFigure:
+def figure_of(walk: World) -> MakeFigure:
     """How a walk is drawn: with the shapes of its mechanism if it has one."""
-    return _figure(walk.robot, getattr(walk.world, "multibody", None))
+    return _figure(walk.robot, getattr(walk, "multibody", None))
 
 
 def _figure_of_rollout(rollout: Rollout) -> MakeFigure:

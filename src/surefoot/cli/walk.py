@@ -47,7 +47,7 @@ OF_BODY = (
 )  # fmt: skip
 """Options that a point mass has no use for."""
 
-OF_POINT_MASS = ("footholds", "double_support", "unprojected", "decision_plot", "dump")
+OF_POINT_MASS = ("footholds", "double_support", "unprojected", "decision_plot")
 """Options that a body has no use for."""
 
 OPTION_OF = {"project_zmp": "--unprojected", "double_support": "--double-support"}

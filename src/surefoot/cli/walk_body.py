@@ -9,6 +9,8 @@ from surefoot.errors import ParameterError
 from surefoot.options import compiling_notice, given
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from surefoot.rollout.rollout import Rollout
     from surefoot.worlds.body.controller import BodyControl
     from surefoot.worlds.steering import Steering
@@ -95,11 +97,12 @@ def walk_body(asked: SimpleNamespace) -> tuple[Rollout, None]:
     from surefoot.worlds.body.sensors import BodyNoise
     from surefoot.worlds.body.world import simulate_body
 
-    def simulate(duration: float) -> Rollout:
+    def simulate(duration: float, dump: Path | None = None) -> Rollout:
         noise = BodyNoise.of(control.multibody.robot, delay=asked.delay, seed=asked.seed)
         return simulate_body(
             control, duration, asked.pushes, steering=asked.route, surroundings=asked.surroundings,
             noise=None if asked.truth else noise, estimator=TRUTH if asked.truth else None,
+            dump=dump,
         )  # fmt: skip
 
     with compiling_notice(8.0, "a minute"):
@@ -109,7 +112,7 @@ def walk_body(asked: SimpleNamespace) -> tuple[Rollout, None]:
         )  # fmt: skip
         # What a walk compiles, it compiles in its first cycles.
         simulate(0.003)
-    return simulate(asked.duration), None
+    return simulate(asked.duration, asked.dump), None
 
 
 def make_body_control(

@@ -13,6 +13,8 @@ from dataclasses import MISSING, dataclass, field, fields, is_dataclass
 from typing import Any, TypeVar
 
 from surefoot.checks import check_number, check_pair, check_weights
+from surefoot.robot.own_units import WORDS, OwnUnits
+from surefoot.robot.robot import Robot
 
 _Class = TypeVar("_Class", bound=type)
 
@@ -37,6 +39,7 @@ class Setting:
             or None [unit].
         own: what a controller that was given None uses, of robot, gait and period [unit].
         check: refuses a controller for its value, for more than being too small.
+        share: what it is if None, in `OwnUnits`, see `fill_shares`; then `least` is 0 if left out.
     """
 
     unit: str
@@ -48,6 +51,7 @@ class Setting:
     search: Interval | tuple[Interval | None, Interval | None] | None = None
     own: Callable[[Any], float] | None = None
     check: Callable[[Any], None] | None = None
+    share: float | None = None
 
 
 def setting(
@@ -71,6 +75,8 @@ def setting(
     """
     if above is not None:
         about |= {"least": above, "excluded": True}
+    if "share" in about:
+        about.setdefault("least", 0.0)
     by_name: Any = MISSING if kw_only is None else kw_only
     known = Setting(unit, words, **about)
     return field(default=default, metadata={"setting": known}, kw_only=by_name)
@@ -139,8 +145,12 @@ def documented(cls: _Class) -> _Class:
 def _line(entry: tuple[str, Setting]) -> str:
     name, known = entry
     unit = f" [{known.unit}]" if known.unit else ""
+    share = "" if known.share is None else f"; {known.share:g} {WORDS[known.unit]} if None"
     return textwrap.fill(
-        f"{name}: {known.words}{unit}.", LINE, initial_indent=4 * " ", subsequent_indent=8 * " "
+        f"{name}: {known.words}{share}{unit}.",
+        LINE,
+        initial_indent=4 * " ",
+        subsequent_indent=8 * " ",
     )
 
 
@@ -176,6 +186,14 @@ def fill_in(controller: Any) -> None:
         given = getattr(controller, name)
         if given is None or isinstance(given, Own):
             object.__setattr__(controller, name, Own(value))
+
+
+def fill_shares(owner: Any, robot: Robot) -> None:
+    """Give the settings that are None what follows from the robot."""
+    units = OwnUnits.of(robot)
+    for name, known in declared(owner).items():
+        if known.share is not None and getattr(owner, name) is None:
+            object.__setattr__(owner, name, known.share * units.one(known.unit))
 
 
 def filled(value: float | None) -> float:

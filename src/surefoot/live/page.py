@@ -28,7 +28,7 @@ from surefoot.errors import ParameterError
 from surefoot.live.panels import Controls, Menu, dock_panels
 from surefoot.live.run import LiveRun
 from surefoot.live.stage import MakeFigure, Stage
-from surefoot.worlds.walk import Walk
+from surefoot.worlds.world import World
 
 FRAME = 1.0 / 30.0
 """Between two pictures [s]."""
@@ -40,7 +40,7 @@ clock [s]."""
 CHART_FRAMES = 4
 """Pictures for one drawing of the charts."""
 
-MakeFigureOf = Callable[[Walk[Any]], MakeFigure]
+MakeFigureOf = Callable[[World], MakeFigure]
 """How a walk is drawn."""
 
 TITLE = "Surefoot"

@@ -10,7 +10,7 @@ import threading
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from surefoot.dcm.pushes import Push
 from surefoot.errors import SurefootError
@@ -18,7 +18,7 @@ from surefoot.live.story import SAMPLING, Sample, Story, sample_of
 from surefoot.rollout.rollout import Rollout
 from surefoot.rollout.snapshot import Snapshot
 from surefoot.worlds.steering import Steering
-from surefoot.worlds.walk import Walk
+from surefoot.worlds.world import World
 
 PUSH_DURATION = 0.2
 """Of every push, as everywhere [s]."""
@@ -54,13 +54,13 @@ class View(NamedTuple):
     """One instant of a run: how often walks were made anew, both walks, and their instants."""
 
     generation: int
-    walk: Walk[Any]
-    ghost: Walk[Any] | None
+    walk: World
+    ghost: World | None
     snapshot: Snapshot
     ghost_snapshot: Snapshot | None
 
 
-MakeWalk = Callable[[Choice, str, Steering], Walk[Any]]
+MakeWalk = Callable[[Choice, str, Steering], World]
 """A walk of the chosen robot with the controller of this key, steered from the start."""
 
 
@@ -89,11 +89,11 @@ class LiveRun:
         self._begin(self._make_walks(choice, steering), choice, steering)
 
     @property
-    def _walks(self) -> list[Walk[Any]]:
+    def _walks(self) -> list[World]:
         """The walk, and the ghost if there is one."""
         return [self.walk] if self.ghost is None else [self.walk, self.ghost]
 
-    def _make_walks(self, choice: Choice, steering: Steering) -> tuple[Walk[Any], Walk[Any] | None]:
+    def _make_walks(self, choice: Choice, steering: Steering) -> tuple[World, World | None]:
         """Walk and ghost, after their first cycle; this may take seconds."""
         walk = self._make(choice, choice.controller, steering)
         ghost = self._make(choice, choice.ghost, steering) if choice.ghost else None
@@ -102,9 +102,7 @@ class LiveRun:
                 one.step()
         return walk, ghost
 
-    def _begin(
-        self, walks: tuple[Walk[Any], Walk[Any] | None], choice: Choice, steering: Steering
-    ) -> None:
+    def _begin(self, walks: tuple[World, World | None], choice: Choice, steering: Steering) -> None:
         self.walk, self.ghost = walks
         self.choice, self.steering = choice, steering
         self.story = Story(self.walk.controller.gait, self.walk.robot, steering.velocity)

@@ -29,7 +29,7 @@ from surefoot.studies.reproduce.question import (
     VELOCITY,
     Claim,
 )
-from surefoot.worlds.point.landings import pushed_landings
+from surefoot.worlds.point.batch import pushed_landings
 
 PUSH_DELAY, PUSH_DURATION = 0.1, 0.2
 """From the touchdown to the push, and its length [s]: the paper's push in the third step."""

@@ -12,8 +12,9 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from surefoot.checks import check_most, check_number, check_seed
+from surefoot.checks import check_most, check_seed
 from surefoot.compiled import njit
+from surefoot.control.fields import check_fields, documented, setting
 from surefoot.dcm.pushes import Push, acting_force
 from surefoot.robot.feet import FEET
 from surefoot.robot.floor import check_height, scattered_boards
@@ -32,32 +33,29 @@ MIN_HEIGHT = 0.65
 """Of the base over the floor, of the nominal one [-]."""
 
 
+@documented
 @dataclass(frozen=True)
 class Surroundings:
     """What a body stands on and carries, and how it differs from what its control believes.
-
-    Args:
-        friction: coefficient of the floor [-].
-        payload: mass fixed to the base, or to `Body.trunk`, at its centre of mass [kg].
-        mass_factor: of all links [-].
-        bumps: height of the highest board that lies on the floor, see `robot.floor`; 0 is flat,
-            0.03 the most [m].
-        seed: of where the boards lie.
 
     Raises:
         ParameterError: a value is out of range.
     """
 
-    friction: float = 0.8
-    payload: float = 0.0
-    mass_factor: float = 1.0
-    bumps: float = 0.0
-    seed: int = 0
+    friction: float = setting(0.8, "-", "coefficient of the floor", above=0.0)
+    payload: float = setting(
+        0.0, "kg", "mass fixed to the base, or to `Body.trunk`, at its centre of mass", least=0.0
+    )
+    mass_factor: float = setting(1.0, "-", "of all links", above=0.0)
+    bumps: float = setting(
+        0.0, "m",
+        "height of the highest board that lies on the floor, see `robot.floor`; 0 is flat, 0.03 "
+        "the most",
+    )  # fmt: skip
+    seed: int = setting(0, "", "of where the boards lie")
 
     def __post_init__(self) -> None:
-        check_number("friction", self.friction, 0.0, "-", above=True)
-        check_number("payload", self.payload, 0.0, "kg")
-        check_number("mass_factor", self.mass_factor, 0.0, "-", above=True)
+        check_fields(self)
         check_height("bumps", self.bumps)
         check_seed(self.seed)
 

@@ -181,8 +181,7 @@ def _touch_down(observation):
 
 @njit(forceinline=True)
 def _time_of_landing(parameters, world, command, end, next_world):
-    """When the foot meets the ground, since the last touchdown [s]: when it is to, if nothing is
-    wrong with the ground."""
+    """When the foot meets the ground, since the last touchdown [s]: as commanded on even ground."""
     elapsed, shift = world.observation.elapsed, parameters.touchdown_shift
     # The foot cannot land in the cycle in which it leaves the ground, whatever is commanded.
     landing = max(command.step_duration + min(shift, 0.0), elapsed, parameters.period)
