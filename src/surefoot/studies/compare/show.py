@@ -9,7 +9,7 @@ from functools import partial
 
 from surefoot.dcm.pushes import DIRECTIONS
 from surefoot.studies.compare.fraction_figure import fraction_figure
-from surefoot.studies.compare.page import interactive
+from surefoot.studies.compare.page import page_data
 from surefoot.studies.compare.polar_figure import polar_figure
 from surefoot.studies.compare.question import Comparison
 from surefoot.studies.compare.remarks import remarks
@@ -29,6 +29,7 @@ from surefoot.studies.engine.cells import Row
 from surefoot.studies.engine.report import (
     Details,
     Figure,
+    Interactive,
     Part,
     Report,
     Table,
@@ -95,7 +96,7 @@ def comparison_report(measured: Measured[Comparison], choice: Choice | None = No
             f"{len(rows)} scans of pushes",
         ),
         (
-            interactive(measured, choice),
+            Interactive.of("surefoot.studies.compare", page_data(measured, choice)),
             *(Text(words) for words in remarks(rows)),
             Details("What was measured, and how", how),
             Figure(

@@ -143,17 +143,30 @@ class Interactive:
     """A part of a page that draws itself, as the reader chooses.
 
     Attributes:
-        markup: HTML with what the scripts fill.
-        data: what they draw from, plain values; they find it as JSON in the element `data`, with
-            "inf" and "nan" as texts.
-        scripts: JavaScript, in the order in which they run.
-        style: CSS beside that of all pages.
+        markup: HTML with what the script fills; a picture with the id `map` is among it.
+        data: what it draws from, plain values, in the element `data`: `angles` and `directions` of
+            polar maps [deg], `choices` made by `choice`, and whatever the script takes.
+        script: JavaScript that runs after `page.js`, which all pages share.
     """
 
     markup: str
     data: Any
-    scripts: Sequence[str]
-    style: str = ""
+    script: str
+
+    @classmethod
+    def of(cls, package: str, data: Any) -> Interactive:
+        """The one whose `page.html` and `page.js` lie in a package, such as that of a study."""
+        folder = files(package)
+        markup, script = ((folder / f"page.{kind}").read_text("utf-8") for kind in ("html", "js"))
+        return cls(markup, data, script)
+
+
+def choice(values: Sequence[Any], words: Sequence[str], chosen: int) -> dict[str, Any]:
+    """What a reader may choose: values, words of each, and the index of the one at the beginning.
+
+    The control has the id of the choice: a range, or what is to hold a button for each value.
+    """
+    return {"values": list(values), "words": list(words), "chosen": chosen}
 
 
 Part = Text | Table | Figure | Details | Interactive
@@ -223,7 +236,8 @@ class Report:
         return template.render(
             report=self,
             version=VERSION,
-            style="\n".join([(folder / "page.css").read_text("utf-8"), *(p.style for p in live)]),
+            style=(folder / "page.css").read_text("utf-8"),
+            shared=(folder / "page.js").read_text("utf-8"),
             live=live,
             embedded=embedded,
         )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import textwrap
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -20,7 +20,14 @@ from surefoot.dcm.pushes import DIRECTIONS
 from surefoot.show import palette
 from surefoot.show.picture_file import HALO
 from surefoot.studies.engine.pictures import FIXED, FOOT_BAND, LIMIT, add_map, closed, headline
-from surefoot.studies.push_map.map_numbers import MapNumbers, finding, origin
+from surefoot.studies.push_map.map_numbers import (
+    QUANTITIES,
+    SHARE,
+    MapNumbers,
+    Quantity,
+    finding,
+    origin,
+)
 
 HEADING = "How hard a push is survived, from any side at any time"
 """Of page and pictures."""
@@ -30,24 +37,10 @@ COLOURS = "viridis"
 
 SURVIVED = "#0072b2"
 
-SHARE = 90.0
-"""Colours of shares begin here, or lower [%]."""
-
 _WIDTH, _COLUMNS, _SIZE, _GAP = 12.5, 5, 2.04, 0.44
 
 _LETTERS = 150
 """What fits into a line under the heading."""
-
-
-class _Heat(NamedTuple):
-    """One heat map: its values by phase and direction, what they are, and colours in steps."""
-
-    key: str
-    title: str
-    unit: str
-    values: NDArray[np.float64]
-    whole: bool = False
-    """Whether the values are whole numbers."""
 
 
 def heat_figure(numbers: MapNumbers) -> Figure:
@@ -58,29 +51,25 @@ def heat_figure(numbers: MapNumbers) -> Figure:
         A figure of its own, not known to pyplot.
     """
     impulse = numbers.everywhere
-    under = f"under {impulse:g} N s"
-    heats = (
-        _Heat("survived", "Largest survived impulse", "N s", numbers.survived),
-        _Heat("share", "Share of the theoretical limit", "%", 100.0 * numbers.share),
-        _Heat("steps", f"Steps to recover {under}", "steps",
-              numbers.at(numbers.recovery_steps, impulse), True),
-        _Heat("margin", f"Margin {under}", "cm", 100.0 * numbers.at(numbers.margin, impulse)),
-    )  # fmt: skip
+    heats = [(one, numbers.shown(one, impulse)) for one in QUANTITIES]
     figure = Figure(figsize=(_WIDTH, 8.3), facecolor="white")
     _headline(figure, numbers)
     axes = figure.subplots(
         2, 2, gridspec_kw={"left": 0.055, "right": 0.975, "bottom": 0.1, "top": 0.84,
                            "hspace": 0.34, "wspace": 0.12},
     )  # fmt: skip
-    for ax, heat in zip(axes.flat, heats, strict=True):
-        _draw_heat(figure, ax, numbers, heat)
+    for ax, (quantity, values) in zip(axes.flat, heats, strict=True):
+        under = f" under {impulse:g} N s" if quantity.per_walk else ""
+        title = f"{quantity.words}{under} [{quantity.unit}]"
+        ax.set_title(title, loc="left", fontsize=9.5, fontweight="bold")
+        _draw_heat(figure, ax, numbers, quantity, values)
     handles: list[Any] = []
     if (numbers.holes > 0).any():
         handles.append(
             Line2D([], [], linestyle="none", marker="x", color="black", markersize=5.0,
                    label="a harder push than the smallest failing one is survived")
         )  # fmt: skip
-    if any(np.isnan(heat.values).any() for heat in heats):
+    if any(np.isnan(values).any() for _, values in heats):
         handles.append(Patch(facecolor="#d9d9d9", hatch="////", edgecolor="white",
                              label="not even the gait without a push"))  # fmt: skip
     if handles:
@@ -106,26 +95,26 @@ def _edges(values: NDArray[np.float64], whole: float) -> NDArray[np.float64]:
     return np.append(values - half, values[-1] + half)
 
 
-def _draw_heat(figure: Figure, ax: Axes, numbers: MapNumbers, heat: _Heat) -> None:
-    ax.set_title(f"{heat.title} [{heat.unit}]", loc="left", fontsize=9.5, fontweight="bold")
+def _draw_heat(
+    figure: Figure, ax: Axes, numbers: MapNumbers, heat: Quantity, values: NDArray[np.float64]
+) -> None:
     ax.set_facecolor("#d9d9d9")
-    known = heat.values[np.isfinite(heat.values)]
+    known = values[np.isfinite(values)]
     options: dict[str, Any] = {"cmap": COLOURS}
     if heat.whole and len(known) and np.ptp(known) <= 20:
         bounds = np.arange(known.min() - 0.5, known.max() + 1.0)
         if len(bounds) > 2:
             options["norm"] = BoundaryNorm(bounds, 256)
     elif heat.key == "share" and len(known):
-        # Of less than a tenth of the limit, the steps of the scan are a good part.
         options |= {"vmin": min(SHARE, known.min()), "vmax": 100.0}
     elif len(known) and np.ptp(known) < 1e-9:
         options |= {"vmin": known[0] - 1.0, "vmax": known[0] + 1.0}
     edges = _edges(numbers.angles, 360.0), _edges(numbers.phases, 1.0)
     mesh = ax.pcolormesh(
-        *edges, np.ma.masked_invalid(heat.values),
+        *edges, np.ma.masked_invalid(values),
         gid=f"heat-{heat.key}", rasterized=True, **options,
     )  # fmt: skip
-    unknown = np.ma.masked_where(np.isfinite(heat.values), np.zeros_like(heat.values))
+    unknown = np.ma.masked_where(np.isfinite(values), np.zeros_like(values))
     if not unknown.mask.all():
         ax.pcolor(
             *edges, unknown, hatch="////", cmap="Greys", vmin=-1.0, vmax=9.0, edgecolor="white",
