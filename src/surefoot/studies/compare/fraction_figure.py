@@ -11,14 +11,14 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
 from surefoot.show import palette
 from surefoot.show.method_marks import mark
-from surefoot.show.picture_file import marker_path
 from surefoot.studies.compare.question import Comparison
 from surefoot.studies.compare.scores import score, select, values
-from surefoot.studies.engine.pictures import headline
+from surefoot.studies.engine.pictures import add_legend, headline, marked, panel
 from surefoot.studies.engine.study import Measured
 from surefoot.studies.engine.words import speed_words, time_words
 
 _WIDTH, _LABELS, _ROW, _HEAD, _FOOT, _GAP = 11.0, 2.6, 0.34, 0.82, 0.95, 0.2
+_TICK = {"marker": "|", "markersize": 9.0, "markeredgewidth": 1.8, "zorder": 3.0}
 _TIME_SHARE = 1.7
 """How much wider the plot of times is than one of fractions."""
 
@@ -40,8 +40,7 @@ def fraction_figure(measured: Measured[Comparison]) -> Figure:
     left = _LABELS
     for index, leg_speed in enumerate([*speeds, math.nan]):
         width = unit * (_TIME_SHARE if math.isnan(leg_speed) else 1.0)
-        box = (left / _WIDTH, _FOOT / height, width / _WIDTH, 1.0 - (_HEAD + _FOOT) / height)
-        ax = figure.add_axes(box)
+        ax = panel(figure, left, _FOOT, width, height - _HEAD - _FOOT)
         _rows(ax, measured, named=index == 0)
         if math.isnan(leg_speed):
             _draw_times(ax, measured)
@@ -94,14 +93,11 @@ def _draw_fractions(ax: Axes, measured: Measured[Comparison], leg_speed: float) 
             [worst, mean], [row, row], color=how.colour, linewidth=2.2, zorder=2.0,
             linestyle="solid" if found.complete else palette.DOTS, solid_capstyle="butt",
         )  # fmt: skip
+        ax.plot(worst, row, color=how.colour, gid=f"worst-{key}-{leg_speed:g}", **_TICK)
+        face = how.colour if found.complete else "white"
         ax.plot(
-            worst, row, marker="|", color=how.colour, markersize=9.0, markeredgewidth=1.8,
-            zorder=3.0, gid=f"worst-{key}-{leg_speed:g}",
-        )  # fmt: skip
-        ax.plot(
-            mean, row, marker=marker_path(how), color=how.colour,
-            markersize=7.5, zorder=3.0, gid=f"mean-{key}-{leg_speed:g}",
-            markerfacecolor=how.colour if found.complete else "white", clip_on=False,
+            mean, row, zorder=3.0, gid=f"mean-{key}-{leg_speed:g}", clip_on=False,
+            **marked(how, markersize=7.5, markerfacecolor=face),
         )  # fmt: skip
         if not found.complete:
             ax.text(
@@ -140,14 +136,8 @@ def _draw_times(ax: Axes, measured: Measured[Comparison]) -> None:
             )  # fmt: skip
             continue
         ax.plot([p50, tail], [row, row], color=how.colour, linewidth=2.2, zorder=2.0)
-        ax.plot(
-            p50, row, marker=marker_path(how), color=how.colour,
-            markersize=7.5, zorder=3.0, gid=f"p50-{key}",
-        )  # fmt: skip
-        ax.plot(
-            tail, row, marker="|", color=how.colour, markersize=9.0, markeredgewidth=1.8,
-            zorder=3.0, gid=f"p99.9-{key}",
-        )  # fmt: skip
+        ax.plot(p50, row, zorder=3.0, gid=f"p50-{key}", **marked(how, markersize=7.5))
+        ax.plot(tail, row, color=how.colour, gid=f"p99.9-{key}", **_TICK)
 
 
 def _decade(value: float) -> str:
@@ -174,7 +164,4 @@ def _explain(figure: Figure, measured: Measured[Comparison]) -> None:
             Line2D([], [], marker="o", markerfacecolor="white",
                    label="measured on fewer cells: means do not compare directly", **shape)
         )  # fmt: skip
-    figure.legend(
-        handles=handles, loc="lower center", ncols=len(handles), frameon=False,
-        columnspacing=1.6, bbox_to_anchor=(0.5, 0.12 / figure.get_figheight()),
-    )  # fmt: skip
+    add_legend(figure, handles, len(handles), 0.12, columnspacing=1.6)

@@ -18,11 +18,19 @@ from matplotlib.projections.polar import PolarAxes
 from surefoot.errors import ParameterError
 from surefoot.show import palette
 from surefoot.show.method_marks import Mark, mark
-from surefoot.show.picture_file import marker_path
 from surefoot.studies.compare.question import Comparison
 from surefoot.studies.compare.scores import choose, select, survived, unbroken, values
 from surefoot.studies.engine.cells import Row
-from surefoot.studies.engine.pictures import FIXED, FOOT_BAND, LIMIT, add_map, closed, headline
+from surefoot.studies.engine.pictures import (
+    FIXED,
+    FOOT_BAND,
+    LIMIT,
+    MapGrid,
+    add_legend,
+    closed,
+    headline,
+    marked,
+)
 from surefoot.studies.engine.study import Measured
 from surefoot.studies.engine.words import speed_words
 
@@ -107,25 +115,18 @@ def polar_figure(
         )
     phases, angles = values(rows, "phase"), values(measured.rows, "angle")
     columns = min(len(phases), 4)
-    lines = math.ceil(len(phases) / columns)
     size = min(_LARGEST, (_WIDTH - _GAP * (columns + 1)) / columns)
     handles = _legend(measured, rows)
-    legend_lines = math.ceil(len(handles) / 4)
-    foot = 0.12 + 0.21 * legend_lines
-    height = _HEAD + lines * (size + _BELOW) + foot
-    figure = Figure(figsize=(_WIDTH, height), facecolor="white")
+    foot = 0.12 + 0.21 * math.ceil(len(handles) / 4)
+    grid = MapGrid(_WIDTH, columns, len(phases), size, _GAP, _BELOW, _HEAD, foot)
+    figure = grid.figure()
     outer = max(max(row["limit_finite"], survived(row)) for row in rows)
     for index, phase in enumerate(phases):
         here = _Map(phase, select(rows, phase=phase), angles, columns < 3)
-        ax = add_map(
-            figure, index, columns, size=size, gap=_GAP, below=_BELOW, head=_HEAD, outer=outer,
-            near=here.limit_near,
-        )  # fmt: skip
-        _draw_map(ax, measured, here)
+        _draw_map(grid.add(figure, index, outer, here.limit_near), measured, here)
     _headline(figure, measured, choice.leg_speed, choice.push_duration)
-    figure.legend(
-        handles=handles, loc="lower center", ncols=4, frameon=False, handlelength=2.6,
-        columnspacing=1.6, bbox_to_anchor=(0.5, 0.08 / height), borderaxespad=0.0,
+    add_legend(
+        figure, handles, 4, 0.08, handlelength=2.6, columnspacing=1.6, borderaxespad=0.0
     )  # fmt: skip
     return figure
 
@@ -210,11 +211,11 @@ def _draw_method(
         if angle not in rows or index % every:
             continue
         row, radius = rows[angle], survived(rows[angle])
+        face = "white" if row["failure"] == "unsettled" else how.colour
         ax.plot(
-            math.radians(angle), radius, marker=marker_path(how),
-            markersize=size, color=how.colour, markeredgewidth=0.8, zorder=order + 0.05,
-            markerfacecolor="white" if row["failure"] == "unsettled" else how.colour, clip_on=False,
-            linestyle="none", gid=f"{key}-{at.phase:g}-{angle:g}",
+            math.radians(angle), radius, linestyle="none", clip_on=False, zorder=order + 0.05,
+            gid=f"{key}-{at.phase:g}-{angle:g}",
+            **marked(how, markersize=size, markeredgewidth=0.8, markerfacecolor=face),
         )  # fmt: skip
         if unbroken(row):
             tip = radius + 0.07 * ax.get_rmax()
@@ -229,9 +230,9 @@ def _legend(measured: Measured[Comparison], rows: Sequence[Row]) -> list[Artist]
     shown = {row["method"] for row in rows}
     handles: list[Artist] = [
         Line2D(
-            [], [], color=mark(index).colour, marker=marker_path(mark(index)),
-            markersize=5.0, linewidth=0.6 if coarse else 1.1, label=method["label"],
+            [], [], linewidth=0.6 if coarse else 1.1, label=method["label"],
             linestyle=palette.DOTS if coarse else _LONG_DASHES if mark(index).dashed else "-",
+            **marked(mark(index), markersize=5.0),
         )
         for index, method in enumerate(measured.notes["methods"])
         if method["key"] in shown

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import textwrap
 from typing import Any
 
@@ -19,7 +18,15 @@ from numpy.typing import NDArray
 from surefoot.dcm.pushes import DIRECTIONS
 from surefoot.show import palette
 from surefoot.show.picture_file import HALO
-from surefoot.studies.engine.pictures import FIXED, FOOT_BAND, LIMIT, add_map, closed, headline
+from surefoot.studies.engine.pictures import (
+    FIXED,
+    FOOT_BAND,
+    LIMIT,
+    MapGrid,
+    add_legend,
+    closed,
+    headline,
+)
 from surefoot.studies.push_map.map_numbers import (
     QUANTITIES,
     SHARE,
@@ -73,7 +80,7 @@ def heat_figure(numbers: MapNumbers) -> Figure:
         handles.append(Patch(facecolor="#d9d9d9", hatch="////", edgecolor="white",
                              label="not even the gait without a push"))  # fmt: skip
     if handles:
-        figure.legend(handles=handles, loc="lower center", ncols=2, frameon=False)
+        add_legend(figure, handles, 2, 0.0)
     return figure
 
 
@@ -143,24 +150,19 @@ def polar_figure(numbers: MapNumbers) -> Figure:
     Returns:
         A figure of its own, not known to pyplot.
     """
-    columns = min(_COLUMNS, len(numbers.phases))
-    rows = math.ceil(len(numbers.phases) / columns)
-    head, foot, below = 1.3, 0.45, 0.42
-    height = head + rows * (_SIZE + below) + foot
-    figure = Figure(figsize=(_WIDTH, height), facecolor="white")
+    count = len(numbers.phases)
+    grid = MapGrid(_WIDTH, min(_COLUMNS, count), count, _SIZE, _GAP, 0.42, 1.3, 0.45)
+    figure = grid.figure()
     _headline(figure, numbers)
     outer = max(float(numbers.limit.max()), float(numbers.survived.max()), 1.0)
-    for index in range(len(numbers.phases)):
+    for index in range(count):
         limit = dict(zip(numbers.angles, numbers.limit[index], strict=True))
-        ax = add_map(
-            figure, index, columns, size=_SIZE, gap=_GAP, below=below, head=head, outer=outer,
-            near=lambda angle, limit=limit: limit[min(limit, key=lambda one: abs(one - angle))],
+        ax = grid.add(
+            figure, index, outer,
+            lambda angle, limit=limit: limit[min(limit, key=lambda one: abs(one - angle))],
         )  # fmt: skip
         _draw_polar(ax, numbers, index)
-    figure.legend(
-        handles=_polar_legend(numbers), loc="lower center", ncols=4, frameon=False,
-        bbox_to_anchor=(0.5, 0.04 / height), handlelength=2.6,
-    )  # fmt: skip
+    add_legend(figure, _polar_legend(numbers), 4, 0.04, handlelength=2.6)
     return figure
 
 
