@@ -15,7 +15,7 @@ from killed_studies import kill_when_kept, shards, without_time
 from surefoot.cli import main
 from surefoot.control.registry import find_method, method_names, methods
 from surefoot.studies.compare.question import Cell, Comparison, able_methods, every_method
-from surefoot.studies.compare.remarks import remarks
+from surefoot.studies.compare.show import remarks
 from surefoot.studies.engine.study import Measured, run
 
 ROBOT = sf.load_robot("paper-biped").replace(mass=70.0)

@@ -19,7 +19,8 @@ from surefoot.show.method_marks import mark
 from surefoot.studies.compare.fraction_figure import fraction_figure
 from surefoot.studies.compare.polar_figure import polar_figure
 from surefoot.studies.compare.question import Comparison
-from surefoot.studies.compare.scores import score, select, survived, unbroken, values
+from surefoot.studies.compare.scores import score, survived, unbroken
+from surefoot.studies.engine.cells import select, values
 from surefoot.studies.engine.report import Figure as Drawn
 from surefoot.studies.engine.study import Measured
 

@@ -13,17 +13,9 @@ from playwright.sync_api import Page
 from push_comparison import METHODS, PROVENANCE, comparison, measured_rows
 from surefoot.studies.compare.page import page_data
 from surefoot.studies.compare.question import Comparison
-from surefoot.studies.compare.scores import (
-    choose,
-    score,
-    select,
-    share,
-    situation,
-    survived,
-    unbroken,
-    values,
-)
+from surefoot.studies.compare.scores import choose, score, share, situation, survived, unbroken
 from surefoot.studies.compare.show import comparison_report
+from surefoot.studies.engine.cells import select, values
 from surefoot.studies.engine.report import embedded
 from surefoot.studies.engine.scan import FAILURES
 from surefoot.studies.engine.study import Measured

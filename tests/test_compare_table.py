@@ -14,7 +14,7 @@ from push_comparison import METHODS, PROVENANCE, comparison, measured_rows
 from surefoot.errors import FileError, ParameterError
 from surefoot.rollout.outcome import RECOVERY_TIME, SETTLED_ROOM, SETTLED_VELOCITY
 from surefoot.studies.compare.question import Comparison
-from surefoot.studies.compare.scores import Choice, choose, select, share, survived, unbroken
+from surefoot.studies.compare.scores import Choice, choose, share, survived, unbroken
 from surefoot.studies.compare.show import (
     COLUMNS,
     LIMIT,
@@ -24,6 +24,7 @@ from surefoot.studies.compare.show import (
     note,
     protocol,
 )
+from surefoot.studies.engine.cells import select
 from surefoot.studies.engine.report import Table
 from surefoot.studies.engine.study import Measured
 from surefoot.studies.engine.words import angle_words, time_words

@@ -10,7 +10,7 @@ from click.testing import CliRunner
 
 import surefoot as sf
 from surefoot.cli import main
-from surefoot.studies.engine.push_answer import answer
+from surefoot.studies.engine.pushed_walk import answer
 from surefoot.studies.engine.study import Measured, run
 from surefoot.studies.gentleness.question import Gentleness
 from surefoot.studies.gentleness.show import QUANTITIES, gentleness_report, larger, numbers

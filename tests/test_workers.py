@@ -10,6 +10,7 @@ import sys
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from threading import Event, Thread
 from typing import Any
@@ -148,7 +149,11 @@ def test_a_poisoned_cell_of_a_study_is_a_failure_and_the_rest_is_kept(tmp_path: 
     shards = Shards(tmp_path / "table", {"study": "poison"})
     have: dict[Any, Any] = {}
     failures = measure_missing(
-        poisoned_rows, tmp_path / "once", {n: n for n in range(12)}, have, shards, workers=2
+        partial(poisoned_rows, tmp_path / "once"),
+        {n: n for n in range(12)},
+        have,
+        shards,
+        workers=2,
     )
     assert [(one.cell, one.error) for one in failures] == [(5, KILLED)]
     assert sorted(row["cell"] for row in shards.rows) == [n for n in range(12) if n != 5]

@@ -15,8 +15,7 @@ from surefoot.robot.multibody import SIDES
 from surefoot.show import palette
 from surefoot.show.method_marks import Mark, mark
 from surefoot.studies.compare.body_question import BodyPushes, BodyWalks
-from surefoot.studies.compare.scores import select
-from surefoot.studies.engine.cells import Row
+from surefoot.studies.engine.cells import Row, select
 from surefoot.studies.engine.pictures import add_legend, headline, marked, panel
 from surefoot.studies.engine.study import Measured
 

@@ -16,10 +16,11 @@ from surefoot.studies.compare.body_figures import (
     walk_title,
 )
 from surefoot.studies.compare.body_question import BodyPushes, BodyWalks
-from surefoot.studies.compare.scores import impulse_words, select, unbroken
-from surefoot.studies.engine.cells import Row
-from surefoot.studies.engine.report import Details, Figure, Part, Report, Table, Text, word_table
+from surefoot.studies.compare.scores import impulse_words, unbroken
+from surefoot.studies.engine.cells import Row, select
+from surefoot.studies.engine.report import Details, Figure, Part, Report, Table, Text, provenance
 from surefoot.studies.engine.study import Measured
+from surefoot.studies.engine.words import count_words
 
 MISSING = "–"
 """Where there is no number."""
@@ -83,8 +84,10 @@ def push_report(measured: Sequence[Measured[BodyPushes]], explained: Sequence[Ro
         "How much push a body survives",
         (
             ", ".join(one.study.robot.name for one in measured),
-            f"{len(methods)} methods",
-            f"{sum(len(one.rows) for one in measured)} scans of pushes",
+            count_words(len(methods), "method"),
+            count_words(
+                sum(len(one.rows) for one in measured), "scan of pushes", "scans of pushes"
+            ),
         ),
         (*parts, Details("What was measured, and how", words), *_provenances(measured)),
     )
@@ -93,9 +96,12 @@ def push_report(measured: Sequence[Measured[BodyPushes]], explained: Sequence[Ro
 def _protocol_words(measured: Measured[BodyPushes]) -> list[str]:
     """What was measured and how, in paragraphs."""
     study, about = measured.study, measured.provenance
+    start = (
+        f"from one of {study.phases} phases of a step" if study.phases > 1 else "from a touchdown"
+    )
     return [
         f"A robot that walks at {about['velocity']} is pushed once on its base, for 0.2 s "
-        f"from one of {study.phases} phases of a step on, once while the left foot stands and once "
+        f"{start} on, once while the left foot stands and once "
         "while the right one does. The impulse is scanned upwards from zero in steps of "
         f"{study.step:g} N s, never bisected: the smallest that it does not survive ends the "
         "scan. Outward is towards the swing foot, inward towards the foot on the ground.",
@@ -123,7 +129,7 @@ def push_table(measured: Measured[BodyPushes]) -> Table:
     return Table(
         f"{study.robot.name}, {study.mass:.3g} kg, at {measured.provenance['velocity']}",
         f"Smallest push of 0.2 s on the base that it does not survive, N s (and Δv in m/s): the "
-        f"worst of {study.phases} phases and 2 feet; every smaller one on the grid of "
+        f"worst of {count_words(study.phases, 'phase')} and 2 feet; every smaller one on the grid of "
         f"{study.step:g} N s is survived. The aim is a Δv of {AIM:.2f} m/s, as 85 N s on 70 kg. "
         f"State: {measured.provenance['state']}.",
         ("method", *DIRECTIONS, "mean Δv", "causes of the falls"),
@@ -233,7 +239,7 @@ def walk_report(measured: Sequence[Measured[BodyWalks]]) -> Report:
         WALKED_THROUGH,
         (
             ", ".join(one.study.robot.name for one in measured),
-            f"{sum(len(one.rows) for one in measured)} walks",
+            count_words(sum(len(one.rows) for one in measured), "walk"),
         ),
         (*parts, *_provenances(measured)),
     )
@@ -284,11 +290,5 @@ def falls_table(measured: Measured[BodyWalks]) -> Table:
     return Table(f"Why {measured.study.robot.name} fell", "", columns, rows)
 
 
-def _provenances(measured: Sequence[Measured]) -> list[Part]:
-    return [
-        Details(
-            f"Provenance of {one.study.robot.name}",
-            [word_table(("what", "value"), one.provenance)],
-        )
-        for one in measured
-    ]
+def _provenances(measured: Sequence[Measured]) -> list[Details]:
+    return [provenance(m.provenance, f"Provenance of {m.study.robot.name}") for m in measured]

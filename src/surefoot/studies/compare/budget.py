@@ -19,7 +19,7 @@ from surefoot.studies.compare.question import Comparison
 from surefoot.studies.compare.scores import share, situation, survived
 from surefoot.studies.engine.cells import Row
 from surefoot.studies.engine.pictures import headline, panel, without_frame
-from surefoot.studies.engine.report import Details, Figure, Report, Table, Text, word_table
+from surefoot.studies.engine.report import Details, Figure, Report, Table, Text, provenance
 from surefoot.studies.engine.study import Measured
 from surefoot.studies.engine.words import TIME_WORDS, percent
 
@@ -133,7 +133,7 @@ def budget_report(measured: Measured[Comparison]) -> Report:
     whole = len(found) == len(methods) * len(disturbances)
     if not whole or any(one.cells < pushes for one in found.values()):
         parts.append(Text("Not everything was measured on every push: – was not measured."))
-    parts.append(Details("Provenance", [word_table(("what", "value"), measured.provenance)]))
+    parts.append(provenance(measured.provenance))
     return Report("budget", HEADING, (measured.provenance.get("robot", ""),), parts)
 
 

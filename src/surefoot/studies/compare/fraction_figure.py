@@ -12,7 +12,8 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 from surefoot.show import palette
 from surefoot.show.method_marks import mark
 from surefoot.studies.compare.question import Comparison
-from surefoot.studies.compare.scores import score, select, values
+from surefoot.studies.compare.scores import score
+from surefoot.studies.engine.cells import select, values
 from surefoot.studies.engine.pictures import add_legend, headline, marked, panel
 from surefoot.studies.engine.study import Measured
 from surefoot.studies.engine.words import speed_words, time_words

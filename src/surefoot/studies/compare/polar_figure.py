@@ -19,8 +19,8 @@ from surefoot.errors import ParameterError
 from surefoot.show import palette
 from surefoot.show.method_marks import Mark, mark
 from surefoot.studies.compare.question import Comparison
-from surefoot.studies.compare.scores import choose, select, survived, unbroken, values
-from surefoot.studies.engine.cells import Row
+from surefoot.studies.compare.scores import choose, survived, unbroken
+from surefoot.studies.engine.cells import Row, select, values
 from surefoot.studies.engine.pictures import (
     FIXED,
     FOOT_BAND,

@@ -18,11 +18,21 @@ T = TypeVar("T")
 
 Row = dict[str, Any]
 
-MeasureMany = Callable[[Any, Sequence[Any]], "list[Row | str]"]
-"""Makes of a study and some of its cells a row of each; text for one that cannot be measured."""
+MeasureMany = Callable[[Sequence[Any]], "list[Row | str]"]
+"""Makes a row of each of some cells, in any process; text for one that cannot be measured."""
 
 Progress = Callable[[int, int], None]
 """Called with the number of cells that are there, and that of all."""
+
+
+def select(rows: Iterable[Row], **choice: Any) -> list[Row]:
+    """The rows whose values are those chosen, such as `leg_speed=3.0`."""
+    return [row for row in rows if all(row[name] == value for name, value in choice.items())]
+
+
+def values(rows: Iterable[Row], name: str) -> list[float]:
+    """The different values of a column, upwards."""
+    return sorted({row[name] for row in rows})
 
 
 @dataclass(frozen=True)
@@ -44,7 +54,6 @@ def without_infinity(value: Any) -> Any:
 
 def measure_missing(
     measure: MeasureMany,
-    study: Any,
     cells: Mapping[Any, Any],
     have: dict[Any, Row],
     shards: Shards,
@@ -57,9 +66,7 @@ def measure_missing(
     """Measure every cell that is not there yet; a study that is stopped keeps what it has.
 
     Args:
-        measure: makes rows of the study and at most `at_once` of its cells, in any process. If it
-            raises, each of them is measured alone.
-        study: the questions.
+        measure: what makes rows of at most `at_once` cells. If it raises, each is measured alone.
         cells: all that are wanted, by key, in the order in which they are begun.
         have: rows that are there, by key; those that are measured are added.
         shards: keeps the rows.
@@ -78,7 +85,7 @@ def measure_missing(
     """
     who = Processes(workers) if isinstance(workers, int) else workers
     missing = {key: cell for key, cell in cells.items() if key not in have}
-    work = _Work(measure, study)
+    work = _Work(measure)
     failures: list[Failure] = []
     fresh: list[Row] = []
     kept, done = time.monotonic(), len(cells) - len(missing)
@@ -110,11 +117,10 @@ class _Work:
     """What is done with some cells in another process: an error comes back as text."""
 
     measure: MeasureMany
-    study: Any
 
     def __call__(self, task: Sequence[tuple[Any, Any]]) -> list[Row | str] | str:
         try:
-            return self.measure(self.study, [cell for _, cell in task])
+            return self.measure([cell for _, cell in task])
         except Exception as error:  # whatever it is, the other cells go on and this one is reported
             if len(task) > 1:
                 return [self._alone(one) for one in task]

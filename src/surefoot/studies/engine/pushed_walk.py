@@ -1,4 +1,4 @@
-"""A steady walk that is pushed once: when, where to, and the theoretical limits there.
+"""A steady walk that is pushed once: when, where to, the theoretical limits, and the answer.
 
 Studies of pushes on a point mass ask about the same walk: the push comes in the third step, on the
 right foot, so outward is to the left.
@@ -12,6 +12,8 @@ from functools import lru_cache
 from itertools import product
 from typing import Any
 
+import numpy as np
+
 from surefoot.checks import check_number
 from surefoot.control.registry import find_method
 from surefoot.dcm.nominal_gait import NominalGait, nominal_gait
@@ -21,13 +23,18 @@ from surefoot.errors import ParameterError
 from surefoot.interface import Controller
 from surefoot.robot.feet import Side
 from surefoot.robot.robot import Robot
+from surefoot.rollout.outcome import Outcome
 from surefoot.studies.engine.study import Study
+from surefoot.worlds.point.simulate import simulate
 
 PUSHED_STEP = 2
 """The push comes in the third step, as in the paper; it is one on the right foot."""
 
 PUSHED_SIDE = Side.RIGHT
 """The foot that stands in that step, and so in the first one."""
+
+ANSWER_TIME = 2.5
+"""How long after the beginning of a push its answer is measured [s]."""
 
 
 @dataclass(frozen=True)
@@ -237,6 +244,10 @@ class PushedStudy(Study):
         """What is pushed."""
         return PushedWalk(self.robot, self.velocity)
 
+    def foreign_sources(self) -> dict[str, str]:
+        """See `Study`."""
+        return {key: find_method(key).sources for key in self.methods}
+
     def common(self) -> dict[str, Any]:
         """See `Study`."""
         return {"velocity": list(self.velocity)}
@@ -256,3 +267,43 @@ class PushedStudy(Study):
 def _controller(walk: PushedWalk, key: str) -> Controller:
     one = find_method(key)
     return one.controller(walk.robot, walk.velocity, **one.compared)
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What a method did about one push.
+
+    Attributes:
+        zmp_peak: largest distance of the ZMP from the centre of the foot [m].
+        zmp_rms: its root mean square from the push on, for `ANSWER_TIME` seconds [m].
+        landing: largest change of a step vector against the nominal gait [m].
+        timing: largest change of a step's duration [s].
+        survived: whether it did not fall.
+    """
+
+    zmp_peak: float
+    zmp_rms: float
+    landing: float
+    timing: float
+    survived: bool
+
+
+def answer(controller: Controller, push: Push) -> Answer:
+    """Walk, push, and measure what the controller does about it; the right foot stands first.
+
+    Args:
+        controller: what decides.
+        push: one push; the walk goes on for `ANSWER_TIME` seconds after its beginning.
+    """
+    rollout = simulate(controller, push.start + ANSWER_TIME, [push], first_support=PUSHED_SIDE)
+    moved = np.hypot(*(rollout.zmp - rollout.support_foot).T)[rollout.time >= push.start]
+    gait = controller.gait
+    pushed = [step for step in rollout.footsteps if step.start + step.duration > push.start]
+    changes = [np.subtract(step.step, gait.step(step.side)) for step in pushed]
+    return Answer(
+        zmp_peak=float(moved.max()),
+        zmp_rms=float(np.sqrt(np.mean(moved**2))),
+        landing=max((float(np.hypot(*change)) for change in changes), default=0.0),
+        timing=max((abs(step.duration - gait.step_duration) for step in pushed), default=0.0),
+        survived=rollout.outcome is not Outcome.FELL,
+    )

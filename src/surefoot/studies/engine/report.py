@@ -10,7 +10,7 @@ What is shown is said once, as parts in an order:
             Text("A heavier robot falls later."),
             Table("By mass", "Time of the fall.", ("mass [kg]", "fell after"), [("70", "3.2 s")]),
             Figure("falls.png", "When each of them fell.", lambda: falls_figure(rows)),
-            Details("Provenance", [word_table(("what", "value"), found.provenance)]),
+            provenance(found.provenance),
         ),
     )
     report.print(Console())
@@ -296,6 +296,11 @@ def write_files(contents: Mapping[str, bytes], folder: Path) -> list[Path]:
 def word_table(columns: tuple[str, str], words: Mapping[str, str]) -> Table:
     """Names and their values as a table without a heading, such as a provenance."""
     return Table("", "", columns, list(words.items()))
+
+
+def provenance(about: Mapping[str, str], title: str = "Provenance") -> Details:
+    """What a study says of itself, to be made again."""
+    return Details(title, [word_table(("what", "value"), about)])
 
 
 def embedded(data: Any) -> str:

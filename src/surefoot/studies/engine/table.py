@@ -72,6 +72,8 @@ class Shards:
 def claim_folder(folder: Path, common: Mapping[str, Any]) -> None:
     """Keep a folder for one study: say in it what all of it has in common, or compare with that.
 
+    What is said for the first time, as by a method that was not asked for before, is added.
+
     Args:
         folder: made if it is missing.
         common: plain values.
@@ -83,17 +85,17 @@ def claim_folder(folder: Path, common: Mapping[str, Any]) -> None:
     run = folder / RUN_FILE
     # As it comes back from a file: tuples are lists there.
     common = json.loads(json.dumps(common))
-    if not run.exists():
-        _write_whole(run, lambda path: path.write_text(json.dumps(common, indent=1) + "\n"))
-        return
-    there = _read_json(run)
+    there = _read_json(run) if run.exists() else {}
     for name, value in common.items():
-        if there.get(name) != value:
+        if there.get(name, value) != value:
             raise FileError(
                 f"a folder of the same study ({name}: {value})",
                 f"{run} with {name}: {there.get(name)}",
                 "choose another folder, or delete this one",
             )
+    if not common.keys() <= there.keys():
+        text = json.dumps({**there, **common}, indent=1) + "\n"
+        _write_whole(run, lambda path: path.write_text(text))
 
 
 def write_table(rows: Sequence[Mapping[str, Any]], path: Path, notes: Mapping[str, Any]) -> None:

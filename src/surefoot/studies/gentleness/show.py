@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from surefoot.studies.engine.cells import Row
-from surefoot.studies.engine.report import Details, Report, Table, Text, word_table
+from surefoot.studies.engine.report import Report, Table, Text, provenance
 from surefoot.studies.engine.study import Measured
 from surefoot.studies.engine.words import speed_words
 from surefoot.studies.gentleness.question import Gentleness
@@ -110,7 +110,7 @@ def gentleness_report(measured: Measured[Gentleness]) -> Report:
                 "place and time, after pushes in four directions at four phases of a step."
             ),
             *tables,
-            Details("Provenance", [word_table(("what", "value"), measured.provenance)]),
+            provenance(measured.provenance),
         ),
     )
 

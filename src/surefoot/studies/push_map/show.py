@@ -21,7 +21,7 @@ from surefoot.studies.engine.report import (
     Table,
     Text,
     choice,
-    word_table,
+    provenance,
 )
 from surefoot.studies.engine.words import angle_words, percent
 from surefoot.studies.push_map.map_numbers import (
@@ -69,9 +69,7 @@ def report(numbers: MapNumbers) -> Report:
             ),
             Details("By phase", [_phase_table(numbers)], folded=True),
             Details("What was measured, and how", [*map(Text, protocol(study))]),
-            Details(
-                "Provenance", [word_table(("what", "value"), numbers.measured.provenance)]
-            ),
+            provenance(numbers.measured.provenance),
         ],
     )  # fmt: skip
 
