@@ -8,11 +8,9 @@ from pathlib import Path
 
 import polars
 import pytest
-from click.testing import CliRunner
 
 import surefoot as sf
 from killed_studies import kill_when_kept, shards, without_time
-from surefoot.cli import main
 from surefoot.control.registry import find_method, method_names, methods
 from surefoot.studies.compare.question import Cell, Comparison, able_methods, every_method
 from surefoot.studies.compare.show import remarks
@@ -158,38 +156,6 @@ def test_a_killed_study_goes_on_and_repeats_nothing(measured, tmp_path, monkeypa
     assert without_time(found.rows) == without_time(measured.rows)
 
 
-def test_a_poisoned_cell_is_reported_and_the_others_go_on(measured, tmp_path, monkeypatch) -> None:
-    honest = Comparison.measure
-
-    def poisoned(study: Comparison, cell: Cell) -> dict:
-        if cell.method == "hybrid" and cell.phase == 0.5 and cell.angle == 180.0:
-            raise ZeroDivisionError("a poisoned cell")
-        return honest(study, cell)
-
-    monkeypatch.setattr(Comparison, "measure", poisoned)
-    found = run(SMALL, tmp_path / "table", workers=1)
-    assert [(one.cell.method, one.cell.phase, one.cell.angle) for one in found.failures] == [
-        ("hybrid", 0.5, 180.0)
-    ]
-    assert "a poisoned cell" in found.failures[0].error
-    assert len(found.rows) == len(measured.rows) - 1
-    monkeypatch.setattr(Comparison, "measure", honest)
-    found = run(SMALL, tmp_path / "table", workers=1)
-    assert not found.failures
-    assert without_time(found.rows) == without_time(measured.rows)
-
-
-def test_a_folder_of_another_study_is_refused(measured, tmp_path, monkeypatch) -> None:
-    monkeypatch.setattr(Comparison, "measure", lambda *_: dict(measured.rows[0]))
-    monkeypatch.setattr(Comparison, "notes", lambda *_: {})
-    run(SMALL, tmp_path / "table", workers=1)
-    other = Comparison(ROBOT.replace(mass=50.0), methods=("tracking",))
-    with pytest.raises(sf.FileError, match=r"a folder of the same study .*choose another folder"):
-        run(other, tmp_path / "table", workers=1)
-    more = Comparison(ROBOT, methods=("step-timing",), step=20.0, leg_speeds=(2.0,))
-    run(more, tmp_path / "table", workers=1)  # more cells of the same study are welcome
-
-
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
@@ -271,11 +237,6 @@ def test_a_leg_that_is_too_slow_for_the_gait_is_refused() -> None:
         Comparison(ROBOT, leg_speeds=(3.0, 1.5))
 
 
-def test_no_workers_are_refused(tmp_path) -> None:
-    with pytest.raises(sf.ParameterError, match="a number of workers; got 0"):
-        run(SMALL, tmp_path / "table", workers=0)
-
-
 def test_the_papers_claim_is_answered_from_the_rows() -> None:
     rows = [
         row("hybrid", 80.0), row("foot-placement-mpc", 40.0),
@@ -291,31 +252,3 @@ def test_the_papers_claim_is_answered_from_the_rows() -> None:
     unbeaten = [*rows[:2], row("hybrid", 50.0, phase=0.5)]
     unbeaten.append(row("foot-placement-mpc", math.inf, phase=0.5))
     assert "forward 50–80 against 40–no N s (the hybrid is ahead in 1 of 2" in remarks(unbeaten)[1]
-
-
-def test_the_command_measures_shows_and_resumes(tmp_path) -> None:
-    folder = tmp_path / "out"
-    asked = [
-        "compare", "--mass", "70", "--method", "tracking", "--method", "capture-point",
-        "--directions", "4", "--phases", "1", "--step", "25", "--workers", "1",
-        "--out", str(folder),
-    ]  # fmt: skip
-    first = CliRunner().invoke(main, asked)
-    assert first.exit_code == 0, first.output
-    assert "capture-point stepping" in first.stdout
-    for name in ("compare.parquet", "compare.html", "compare.md", "pictures/shares.png"):
-        assert (folder / name).stat().st_size > 0
-    shards = sorted((folder / "shards").iterdir())
-    again = CliRunner().invoke(main, [*asked, "--json"])
-    assert again.exit_code == 0, again.output
-    told = json.loads(again.stdout)
-    assert len(told["rows"]) == 8
-    assert {one["key"] for one in told["methods"]} == {"tracking", "capture-point"}
-    assert sorted((folder / "shards").iterdir()) == shards  # nothing was measured again
-
-
-def test_the_command_tells_of_misuse(tmp_path) -> None:
-    wrong = CliRunner().invoke(main, ["compare", "--method", "lqr", "--out", str(tmp_path / "x")])
-    assert wrong.exit_code == 2
-    assert "expected a method (tracking," in wrong.stderr
-    assert not (tmp_path / "x").exists()

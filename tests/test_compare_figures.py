@@ -16,8 +16,7 @@ from push_comparison import METHODS, comparison, measured_rows
 from surefoot.errors import ParameterError
 from surefoot.show import palette
 from surefoot.show.method_marks import mark
-from surefoot.studies.compare.fraction_figure import fraction_figure
-from surefoot.studies.compare.polar_figure import polar_figure
+from surefoot.studies.compare.figures import fraction_figure, polar_figure
 from surefoot.studies.compare.question import Comparison
 from surefoot.studies.compare.scores import score, survived, unbroken
 from surefoot.studies.engine.cells import select, values

@@ -2,18 +2,13 @@
 
 from __future__ import annotations
 
-import json
-from pathlib import Path
-
 import pytest
-from click.testing import CliRunner
 
 import surefoot as sf
-from surefoot.cli import main
 from surefoot.studies.engine.pushed_walk import answer
 from surefoot.studies.engine.study import Measured, run
 from surefoot.studies.gentleness.question import Gentleness
-from surefoot.studies.gentleness.show import QUANTITIES, gentleness_report, larger, numbers
+from surefoot.studies.gentleness.show import gentleness_report, larger, numbers
 
 TIMING = 5e-4
 """By how much more the time of a landing may change [s]."""
@@ -92,27 +87,6 @@ def test_larger_counts_cells(robot: sf.Robot) -> None:
     (told,) = numbers(Measured(study, rows[:3], [], {}))
     assert told["cells"] == 1
     assert numbers(Measured(study, rows[:2], [], {})) == []
-
-
-def test_the_command_prints_the_table_and_the_numbers(
-    measured: Measured[Gentleness], tmp_path: Path
-) -> None:
-    arguments = ["gentleness", "--impulse", "10", "--leg-speed", "3", "--workers", "1", "--out"]
-    arguments.append(str(tmp_path / "out"))
-    words = CliRunner().invoke(main, arguments)
-    assert words.exit_code == 0, words.output
-    assert "Leg speed 3 m/s" in words.output
-    assert "16 of 16" in words.output
-    shards = sorted((tmp_path / "out" / "shards").iterdir())
-    (told,) = json.loads(CliRunner().invoke(main, [*arguments, "--json"]).stdout)["gentleness"]
-    assert told == numbers(measured)[1]
-    assert sorted((tmp_path / "out" / "shards").iterdir()) == shards  # nothing measured again
-    assert set(told["methods"]["unified"]) == set(QUANTITIES)
-    assert f"{1e3 * told['methods']['hybrid']['landing']['mean']:.1f}" in words.output
-    for name in ("gentleness.html", "gentleness.md", "gentleness.parquet"):
-        assert (tmp_path / "out" / name).stat().st_size > 0
-    wrong = CliRunner().invoke(main, ["gentleness", "--leg-speed", "0"])
-    assert wrong.exit_code == 2
 
 
 def test_every_number_of_the_table_is_in_all_forms(measured: Measured[Gentleness]) -> None:

@@ -148,13 +148,8 @@ def test_a_worker_that_dies_costs_nothing_and_one_that_is_killed_by_its_task_is_
 def test_a_poisoned_cell_of_a_study_is_a_failure_and_the_rest_is_kept(tmp_path: Path) -> None:
     shards = Shards(tmp_path / "table", {"study": "poison"})
     have: dict[Any, Any] = {}
-    failures = measure_missing(
-        partial(poisoned_rows, tmp_path / "once"),
-        {n: n for n in range(12)},
-        have,
-        shards,
-        workers=2,
-    )
+    measure = partial(poisoned_rows, tmp_path / "once")
+    failures = measure_missing(measure, {n: n for n in range(12)}, have, shards, workers=2)
     assert [(one.cell, one.error) for one in failures] == [(5, KILLED)]
     assert sorted(row["cell"] for row in shards.rows) == [n for n in range(12) if n != 5]
 

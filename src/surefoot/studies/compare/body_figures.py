@@ -40,14 +40,7 @@ _FALL = {"marker": "X", "color": palette.ALARM, "linestyle": "none", "markersize
 
 
 def push_figure(measured: Measured[BodyPushes]) -> Figure:
-    """The smallest failing push as Δv over the phase: a column for each direction, a row each foot.
-
-    Args:
-        measured: the comparison.
-
-    Returns:
-        A figure of its own, not known to pyplot.
-    """
+    """The smallest failing push as Δv over the phase; columns are directions, rows feet."""
     height = _HEAD + _ROW * len(SIDES) + _GAP * (len(SIDES) - 1) + _FOOT
     figure = Figure(figsize=(_WIDTH, height), facecolor="white")
     width = (_WIDTH - _LEFT - _RIGHT - _GAP * (len(DIRECTIONS) - 1)) / len(DIRECTIONS)
@@ -134,14 +127,7 @@ def walk_title(measured: Measured[BodyWalks], method: str) -> str:
 
 
 def walk_figure(measured: Sequence[Measured[BodyWalks]]) -> Figure:
-    """A row for each condition, a panel for each robot and method, a dot for each walk.
-
-    Args:
-        measured: the walks, of one robot each.
-
-    Returns:
-        A figure of its own, not known to pyplot.
-    """
+    """A row for each condition, a panel for each robot and method, a dot for each walk."""
     panels = [(one, method) for one in measured for method in one.study.methods]
     conditions = {
         shown["key"]: shown["label"] for one in measured for shown in one.notes["conditions"]

@@ -24,7 +24,7 @@ from surefoot.rollout.measures import measure_body
 from surefoot.rollout.rollout import Rollout
 from surefoot.rollout.trace import BodyTrace
 from surefoot.studies.engine.body_recovery import SPAN, used_after
-from surefoot.studies.engine.cells import Row
+from surefoot.studies.engine.cells import Row, select
 from surefoot.studies.engine.pushed_body import (
     BEFORE_PUSH,
     NO_STEP,
@@ -289,7 +289,7 @@ def explain_worst(
     for done, (key, direction) in enumerate(kinds):
         if report is not None:
             report(done, len(kinds))
-        own = [r for r in rows if r["method"] == key and r["direction"] == direction]
+        own = select(rows, method=key, direction=direction)
         worst = min(own, key=lambda row: row["impulse"], default=None)
         if worst is None or worst["cause"] == BEFORE_PUSH or math.isinf(worst["impulse"]):
             continue

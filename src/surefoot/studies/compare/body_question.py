@@ -12,7 +12,7 @@ from typing import Any, ClassVar
 
 import msgspec
 
-from surefoot.checks import check_number, check_pair
+from surefoot.checks import check_number
 from surefoot.dcm.pushes import DIRECTIONS
 from surefoot.robot.multibody import SIDES
 from surefoot.studies.compare.body_measure import measure_push, measure_walk
@@ -22,14 +22,19 @@ from surefoot.studies.engine.pushed_body import (
     FIRST_PUSHED_STEP,
     PUSH_DURATION,
     TIME_AFTER_PUSH,
+    BodyMethod,
     PushedBody,
     body_method,
     controller_of,
     mechanism_of,
     noise_of,
 )
-from surefoot.studies.engine.pushed_walk import check_count, check_different, find_named
-from surefoot.studies.engine.study import Study
+from surefoot.studies.engine.pushed_walk import (
+    MethodStudy,
+    check_count,
+    check_different,
+    find_named,
+)
 from surefoot.worlds.body.plant import Surroundings
 from surefoot.worlds.body.sensors import BodyNoise
 
@@ -52,17 +57,9 @@ class BodyPush:
 
 
 @dataclass(frozen=True)
-class BodyStudy(Study):
-    """What studies of bodies share.
-
-    Args:
-        robot: that walks; it has a `[body]`.
-        velocity: commanded [m/s].
-        methods: keys of `BODY_METHODS`.
-
-    Raises:
-        ParameterError: an argument is out of range, or there is nothing to measure.
-    """
+class BodyStudy(MethodStudy):
+    """What studies of bodies share: the robot has a `[body]`, the methods are those of
+    `body_method`."""
 
     velocity: tuple[float, float] = (0.3, 0.0)
     methods: tuple[str, ...] = tuple(one.key for one in BODY_METHODS)
@@ -70,23 +67,16 @@ class BodyStudy(Study):
     KEEP_EVERY: ClassVar = 0.0
     LIBRARIES: ClassVar = ("mujoco", "daqp", "numpy", "numba")
 
-    def __post_init__(self) -> None:
-        for key in self.methods:
-            body_method(key)
-        check_pair("velocity", self.velocity, -math.inf, "m/s")
-        check_different("methods", self.methods)
-
-    def foreign_sources(self) -> dict[str, str]:
-        """See `Study`."""
-        return {key: body_method(key).sources for key in self.methods}
+    def method(self, key: str) -> BodyMethod:
+        """See `MethodStudy`."""
+        return body_method(key)
 
     def provenance(self) -> dict[str, str]:
         """See `Study`."""
-        vx, vy = self.velocity
         return {
             "robot file": hashlib.sha256(msgspec.json.encode(self.robot)).hexdigest()[:16],
+            **super().provenance(),
             "mass": f"{mechanism_of(self.robot).mass:.4g} kg",
-            "velocity": f"{vx:g}, {vy:g} m/s",
         }
 
     def check(self) -> None:
@@ -153,8 +143,7 @@ class BodyPushes(BodyStudy):
 
     def common(self) -> dict[str, Any]:
         """See `Study`."""
-        return {
-            "velocity": list(self.velocity),
+        return super().common() | {
             "step": self.step,
             "largest": self.largest,
             "estimate": self.estimate,
@@ -317,7 +306,7 @@ class BodyWalks(BodyStudy):
 
     def common(self) -> dict[str, Any]:
         """See `Study`."""
-        return {"velocity": list(self.velocity), "duration": self.duration}
+        return super().common() | {"duration": self.duration}
 
     def provenance(self) -> dict[str, str]:
         """See `Study`."""

@@ -85,9 +85,7 @@ def push_report(measured: Sequence[Measured[BodyPushes]], explained: Sequence[Ro
         (
             ", ".join(one.study.robot.name for one in measured),
             count_words(len(methods), "method"),
-            count_words(
-                sum(len(one.rows) for one in measured), "scan of pushes", "scans of pushes"
-            ),
+            count_words(sum(len(m.rows) for m in measured), "scan of pushes", "scans of pushes"),
         ),
         (*parts, Details("What was measured, and how", words), *_provenances(measured)),
     )
@@ -96,15 +94,12 @@ def push_report(measured: Sequence[Measured[BodyPushes]], explained: Sequence[Ro
 def _protocol_words(measured: Measured[BodyPushes]) -> list[str]:
     """What was measured and how, in paragraphs."""
     study, about = measured.study, measured.provenance
-    start = (
-        f"from one of {study.phases} phases of a step" if study.phases > 1 else "from a touchdown"
-    )
     return [
         f"A robot that walks at {about['velocity']} is pushed once on its base, for 0.2 s "
-        f"{start} on, once while the left foot stands and once "
-        "while the right one does. The impulse is scanned upwards from zero in steps of "
-        f"{study.step:g} N s, never bisected: the smallest that it does not survive ends the "
-        "scan. Outward is towards the swing foot, inward towards the foot on the ground.",
+        f"beginning at {count_words(study.phases, 'phase')} of a step, once while the left foot "
+        "stands and once while the right one does. The impulse is scanned upwards from zero in "
+        f"steps of {study.step:g} N s, never bisected: the smallest that it does not survive ends "
+        "the scan. Outward is towards the swing foot, inward towards the foot on the ground.",
         "Survived means that for 5 s after the push nothing but the soles touches the floor, the "
         "legs do not touch each other, the trunk leans less than 0.8 rad and stays above 65 % of "
         "its height, and the robot goes on stepping. Motors have limits of torque, speed and "
@@ -128,9 +123,9 @@ def push_table(measured: Measured[BodyPushes]) -> Table:
             rows.append((one["label"], *worst, _mean_words(own), cause_words(causes)))
     return Table(
         f"{study.robot.name}, {study.mass:.3g} kg, at {measured.provenance['velocity']}",
-        f"Smallest push of 0.2 s on the base that it does not survive, N s (and Δv in m/s): the "
-        f"worst of {count_words(study.phases, 'phase')} and 2 feet; every smaller one on the grid of "
-        f"{study.step:g} N s is survived. The aim is a Δv of {AIM:.2f} m/s, as 85 N s on 70 kg. "
+        "Smallest push of 0.2 s on the base that it does not survive, N s (and Δv in m/s): the "
+        f"worst of {count_words(study.phases, 'phase')} and 2 feet; every smaller one on the grid "
+        f"of {study.step:g} N s is survived. The aim is a Δv of {AIM:.2f} m/s, as 85 N s on 70 kg. "
         f"State: {measured.provenance['state']}.",
         ("method", *DIRECTIONS, "mean Δv", "causes of the falls"),
         rows,
@@ -222,11 +217,7 @@ def used_words(name: str, value: float) -> str:
 
 
 def walk_report(measured: Sequence[Measured[BodyWalks]]) -> Report:
-    """The report of disturbed walks.
-
-    Args:
-        measured: of one robot each.
-    """
+    """The report of disturbed walks."""
     caption = "Every walk: how far the DCM was off, or that it fell"
     parts: list[Part] = [Text(WALK_NOTE)]
     parts.append(Figure("walks.png", caption, partial(walk_figure, measured)))

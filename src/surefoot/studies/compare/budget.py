@@ -146,14 +146,7 @@ def lost_words(lost: float) -> str:
 
 
 def budget_figure(measured: Measured[Comparison]) -> Picture:
-    """A field for each method (row) and disturbance (column): share of the limit, and N s lost.
-
-    Args:
-        measured: what was measured.
-
-    Returns:
-        A figure of its own, not known to pyplot.
-    """
+    """A field for each method (row) and disturbance (column): share of the limit, and N s lost."""
     methods, disturbances = measured.notes["methods"], measured.notes["disturbances"]
     rows, columns = len(methods), len(disturbances)
     width = max(_LABELS + _COLUMN * columns + _RIGHT, 7.0)

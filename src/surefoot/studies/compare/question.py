@@ -111,7 +111,6 @@ class Comparison(PushedStudy):
             check_count(name, getattr(self, name), usual)
         check_number("step", self.step, 0.0, "N s", above=True)
         check_sizes("push_durations", self.push_durations, "s")
-        check_different("methods", self.methods)
         check_different("disturbances", self.disturbances)
 
     @property

@@ -8,9 +8,8 @@ from collections.abc import Iterable, Iterator, Sequence
 from functools import partial
 
 from surefoot.dcm.pushes import DIRECTIONS
-from surefoot.studies.compare.fraction_figure import fraction_figure
+from surefoot.studies.compare.figures import fraction_figure, polar_figure
 from surefoot.studies.compare.page import page_data
-from surefoot.studies.compare.polar_figure import polar_figure
 from surefoot.studies.compare.question import Comparison
 from surefoot.studies.compare.scores import (
     Choice,

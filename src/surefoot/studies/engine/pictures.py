@@ -1,4 +1,7 @@
-"""What pictures of studies share: headlines, panels, marks, and polar maps seen from above."""
+"""What pictures of studies share: headlines, panels, marks, and polar maps seen from above.
+
+Each is a figure of its own, not known to pyplot.
+"""
 
 from __future__ import annotations
 

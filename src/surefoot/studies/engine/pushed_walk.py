@@ -6,6 +6,7 @@ right foot, so outward is to the left.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
@@ -14,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from surefoot.checks import check_number
+from surefoot.checks import check_number, check_pair
 from surefoot.control.registry import find_method
 from surefoot.dcm.nominal_gait import NominalGait, nominal_gait
 from surefoot.dcm.push_limit import causal_push_limit, check_leg, fixed_steps_limit, push_limit
@@ -201,52 +202,71 @@ class PushedWalk:
             "duration": cell.push_duration,
             "support_side": PUSHED_SIDE,
         }
-        direction, reach = self.direction(cell.angle), robot.foot.half
-        fixed = fixed_steps_limit(robot, direction, duration=cell.push_duration)
+        direction = self.direction(cell.angle)
+        finite, causal, fixed = whole_sole_limits(robot, direction, **situation)
         return {
             "limit_point": push_limit(robot, direction, **situation).impulse,
-            "limit_finite": push_limit(robot, direction, zmp_reach=reach, **situation).impulse,
-            "limit_causal": causal_push_limit(
-                robot, direction, zmp_reach=reach, **situation
-            ).impulse,
-            "limit_fixed": fixed.impulse,
+            "limit_finite": finite,
+            "limit_causal": causal,
+            "limit_fixed": fixed,
         }
 
 
-@dataclass(frozen=True)
-class PushedStudy(Study):
-    """What studies of pushes on a point mass share: the walk, who walks it, and on which legs.
+def whole_sole_limits(
+    robot: Robot, direction: tuple[float, float], **situation: Any
+) -> tuple[float, float, float]:
+    """The theoretical limits with the whole sole [N s]: of a push that is known, of one whose end
+    is unknown, and without moving a landing.
 
     Args:
-        robot: who is pushed; its leg speed is replaced by `leg_speeds`.
+        robot: that is pushed.
+        direction: of the push, a unit vector (x, y).
+        **situation: other arguments of `push_limit`.
+    """
+    known, causal = (
+        largest(robot, direction, zmp_reach=robot.foot.half, **situation).impulse
+        for largest in (push_limit, causal_push_limit)
+    )
+    return (
+        known,
+        causal,
+        fixed_steps_limit(robot, direction, duration=situation["duration"]).impulse,
+    )
+
+
+@dataclass(frozen=True)
+class MethodStudy(Study):
+    """What studies of several methods share.
+
+    Args:
+        robot: who walks.
         velocity: commanded (v_x, v_y) [m/s].
-        methods: keys of `control.registry`.
-        leg_speeds: limits of the swing foot; inf for none [m/s].
+        methods: their keys.
 
     Raises:
         ParameterError: an argument is out of range, or there is nothing to measure.
-        VelocityError: the velocity cannot be walked, or not on the slowest of the legs.
     """
 
     velocity: tuple[float, float] = (0.5, 0.0)
     methods: tuple[str, ...] = ("unified",)
-    leg_speeds: tuple[float, ...] = (3.0,)
 
     def __post_init__(self) -> None:
         for key in self.methods:
-            find_method(key)
-        check_sizes("leg_speeds", self.leg_speeds, "m/s", endless=True)
-        for leg_speed in self.leg_speeds:
-            self.walk.on_leg(leg_speed).check_leg()
+            self.method(key)
+        check_pair("velocity", self.velocity, -math.inf, "m/s")
+        check_different("methods", self.methods)
 
-    @property
-    def walk(self) -> PushedWalk:
-        """What is pushed."""
-        return PushedWalk(self.robot, self.velocity)
+    def method(self, key: str) -> Any:
+        """What is known of a method: a `Method`, or a `BodyMethod`.
+
+        Raises:
+            ParameterError: there is none of that name.
+        """
+        return find_method(key)
 
     def foreign_sources(self) -> dict[str, str]:
         """See `Study`."""
-        return {key: find_method(key).sources for key in self.methods}
+        return {key: self.method(key).sources for key in self.methods}
 
     def common(self) -> dict[str, Any]:
         """See `Study`."""
@@ -256,6 +276,31 @@ class PushedStudy(Study):
         """See `Study`."""
         vx, vy = self.velocity
         return {"mass": f"{self.robot.mass:g} kg", "velocity": f"{vx:g}, {vy:g} m/s"}
+
+
+@dataclass(frozen=True)
+class PushedStudy(MethodStudy):
+    """What studies of pushes on a point mass share, beside that: on which legs it walks.
+
+    Args, beside those of `MethodStudy`:
+        leg_speeds: limits of the swing foot, in place of the robot's; inf for none [m/s].
+
+    Raises:
+        VelocityError: the velocity cannot be walked, or not on the slowest of the legs.
+    """
+
+    leg_speeds: tuple[float, ...] = (3.0,)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        check_sizes("leg_speeds", self.leg_speeds, "m/s", endless=True)
+        for leg_speed in self.leg_speeds:
+            self.walk.on_leg(leg_speed).check_leg()
+
+    @property
+    def walk(self) -> PushedWalk:
+        """What is pushed."""
+        return PushedWalk(self.robot, self.velocity)
 
     def check(self) -> None:
         """See `Study`. A method that cannot control this robot is refused."""

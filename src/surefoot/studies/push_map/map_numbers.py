@@ -93,11 +93,10 @@ class MapNumbers:
                 f"{len(rows)} rows of {shape[0]} phases and {shape[1]} directions",
                 "give the whole table of one map",
             )
-        for name in ("impulse", "survived", "limit", "limit_causal", "limit_fixed", "holes"):
-            values = np.array([row[name] for row in rows]).reshape(shape)
-            object.__setattr__(self, name, values)
-        for name, of in (("share", "fraction"), ("share_causal", "fraction_causal")):
-            values = np.array([row[of] for row in rows], float).reshape(shape)
+        columns = ("impulse", "survived", "limit", "limit_causal", "limit_fixed", "holes")
+        shares = {"share": "fraction", "share_causal": "fraction_causal"}
+        for name, of in ({one: one for one in columns} | shares).items():
+            values = np.array([row[of] for row in rows]).reshape(shape)
             object.__setattr__(self, name, values)
         numbers = [np.round(np.array(row["impulses"]) / study.step).astype(int) for row in rows]
         count = 1 + max(int(one.max()) for one in numbers)

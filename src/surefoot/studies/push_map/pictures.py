@@ -53,9 +53,6 @@ _LETTERS = 150
 def heat_figure(numbers: MapNumbers) -> Figure:
     """Four heat maps: what is survived, its share of the limit, and, under the hardest push that
     is survived in every cell, the steps to recover and the margin.
-
-    Returns:
-        A figure of its own, not known to pyplot.
     """
     impulse = numbers.everywhere
     heats = [(one, numbers.shown(one, impulse)) for one in QUANTITIES]
@@ -145,11 +142,7 @@ def _draw_heat(
 
 
 def polar_figure(numbers: MapNumbers) -> Figure:
-    """A polar map for each phase, all to the same scale, seen from above with forward up.
-
-    Returns:
-        A figure of its own, not known to pyplot.
-    """
+    """A polar map for each phase, all to the same scale, seen from above with forward up."""
     count = len(numbers.phases)
     grid = MapGrid(_WIDTH, min(_COLUMNS, count), count, _SIZE, _GAP, 0.42, 1.3, 0.45)
     figure = grid.figure()

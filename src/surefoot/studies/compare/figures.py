@@ -1,4 +1,4 @@
-"""Polar maps: how strong a push each method survives in every direction, and the limit around."""
+"""Pictures of a comparison: polar maps of what is survived, shares of the limit, and times."""
 
 from __future__ import annotations
 
@@ -9,17 +9,19 @@ from typing import Any
 
 import numpy as np
 from matplotlib.artist import Artist
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.path import Path as Outline
 from matplotlib.projections.polar import PolarAxes
+from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
 from surefoot.errors import ParameterError
 from surefoot.show import palette
 from surefoot.show.method_marks import Mark, mark
 from surefoot.studies.compare.question import Comparison
-from surefoot.studies.compare.scores import choose, survived, unbroken
+from surefoot.studies.compare.scores import choose, score, survived, unbroken
 from surefoot.studies.engine.cells import Row, select, values
 from surefoot.studies.engine.pictures import (
     FIXED,
@@ -30,14 +32,27 @@ from surefoot.studies.engine.pictures import (
     closed,
     headline,
     marked,
+    panel,
 )
 from surefoot.studies.engine.study import Measured
-from surefoot.studies.engine.words import speed_words
+from surefoot.studies.engine.words import speed_words, time_words
 
 COARSE = 8
 """With fewer directions than these, nothing is drawn between them but a thin guide."""
 
 REACH = "#f1f5f7"
+
+_SHARES_WIDTH, _LABELS, _ROW, _SHARES_HEAD, _SHARES_FOOT, _SHARES_GAP = (
+    11.0,
+    2.6,
+    0.34,
+    0.82,
+    0.95,
+    0.2,
+)
+_TICK = {"marker": "|", "markersize": 9.0, "markeredgewidth": 1.8, "zorder": 3.0}
+_TIME_SHARE = 1.7
+"""How much wider the plot of times is than one of fractions."""
 
 _WIDTH, _LARGEST, _GAP, _BELOW, _HEAD = 12.5, 5.4, 0.4, 0.7, 1.05
 _LONG_DASHES = (0, (4, 1.6))
@@ -98,9 +113,6 @@ def polar_figure(
         measured: what was measured.
         leg_speed: one that was measured; 3 m/s or the closest if None [m/s].
         push_duration: one that was measured; 0.2 s or the closest if None [s].
-
-    Returns:
-        A figure of its own, not known to pyplot.
 
     Raises:
         ParameterError: nothing was measured there.
@@ -257,3 +269,140 @@ def _legend(measured: Measured[Comparison], rows: Sequence[Row]) -> list[Artist]
                    **quiet)
         )  # fmt: skip
     return handles
+
+
+def fraction_figure(measured: Measured[Comparison]) -> Figure:
+    """Mean and worst share of the limit for every leg speed; decision times beside."""
+    speeds = values(measured.rows, "leg_speed")
+    height = _SHARES_HEAD + _ROW * len(measured.notes["methods"]) + _SHARES_FOOT
+    figure = Figure(figsize=(_SHARES_WIDTH, height), facecolor="white")
+    room = _SHARES_WIDTH - _LABELS - 0.2 - _SHARES_GAP * len(speeds)
+    unit = room / (len(speeds) + _TIME_SHARE)
+    left = _LABELS
+    for index, leg_speed in enumerate([*speeds, math.nan]):
+        width = unit * (_TIME_SHARE if math.isnan(leg_speed) else 1.0)
+        ax = panel(figure, left, _SHARES_FOOT, width, height - _SHARES_HEAD - _SHARES_FOOT)
+        _rows(ax, measured, named=index == 0)
+        if math.isnan(leg_speed):
+            _draw_times(ax, measured)
+        else:
+            _draw_fractions(ax, measured, leg_speed)
+        left += width + _SHARES_GAP
+    robot = measured.provenance.get("robot", "")
+    headline(figure, robot, "share of the limit, and the price")
+    _add_share_legend(figure, measured)
+    return figure
+
+
+def _rows(ax: Axes, measured: Measured[Comparison], *, named: bool) -> None:
+    methods = measured.notes["methods"]
+    count = len(methods)
+    ax.set_ylim(count - 0.5, -0.5)
+    ax.set_yticks(range(count))
+    ax.tick_params(axis="y", length=0.0, labelleft=named)
+    ax.set_yticklabels([method["label"] for method in methods], fontsize=8.5)
+    ax.spines["left"].set_visible(False)
+    ax.set_axisbelow(True)
+    for row in range(0, count, 2):
+        ax.axhspan(row - 0.5, row + 0.5, color="#f4f6f7", linewidth=0.0, zorder=0.0)
+    ax.grid(axis="x", color="#dedede", linewidth=0.5)
+
+
+def _draw_fractions(ax: Axes, measured: Measured[Comparison], leg_speed: float) -> None:
+    ax.set_title(
+        speed_words(leg_speed).replace("leg speed", "leg").replace("unlimited leg", "any speed"),
+        fontsize=9.0, fontweight="bold",
+    )  # fmt: skip
+    ax.set_xlim(0.0, 104.0)
+    ax.set_xticks([0, 50, 100])
+    ax.set_xticks([25, 75], minor=True)
+    ax.set_xticklabels(["0", "50", "100"])
+    ax.set_xlabel("% of the limit", fontsize=8.0)
+    ax.axvline(100.0, color="#222222", linewidth=1.2, zorder=1.0)
+    rows = select(measured.rows, leg_speed=leg_speed)
+    for row, method in enumerate(measured.notes["methods"]):
+        key, how = method["key"], mark(row)
+        found = score(key, rows)
+        if not found.cells:
+            ax.text(
+                50.0, row, "not measured", ha="center", va="center", fontsize=7.0,
+                color=palette.QUIET, gid=f"absent-{key}-{leg_speed:g}",
+            )  # fmt: skip
+            continue
+        mean, worst = 100.0 * found.mean, 100.0 * found.worst
+        ax.plot(
+            [worst, mean], [row, row], color=how.colour, linewidth=2.2, zorder=2.0,
+            linestyle="solid" if found.complete else palette.DOTS, solid_capstyle="butt",
+        )  # fmt: skip
+        ax.plot(worst, row, color=how.colour, gid=f"worst-{key}-{leg_speed:g}", **_TICK)
+        face = how.colour if found.complete else "white"
+        ax.plot(
+            mean, row, zorder=3.0, gid=f"mean-{key}-{leg_speed:g}", clip_on=False,
+            **marked(how, markersize=7.5, markerfacecolor=face),
+        )  # fmt: skip
+        if not found.complete:
+            ax.text(
+                min(mean + 7.0, 90.0) if mean < 75.0 else worst - 7.0, row,
+                f"{found.cells} of {found.possible}", fontsize=6.5, va="center",
+                ha="left" if mean < 75.0 else "right", color=palette.QUIET,
+                gid=f"partial-{key}-{leg_speed:g}",
+            )  # fmt: skip
+
+
+def _draw_times(ax: Axes, measured: Measured[Comparison]) -> None:
+    ax.set_title("time per control cycle", fontsize=9.0, fontweight="bold")
+    times = [
+        value
+        for method in measured.notes["methods"]
+        for value in (method["decision_p50"], method["decision_p99_9"], method["period"])
+        if math.isfinite(value) and value > 0.0
+    ]
+    ax.set_xscale("log")
+    if times:
+        ax.set_xlim(
+            10.0 ** math.floor(math.log10(min(times)) - 0.1),
+            10.0 ** math.ceil(math.log10(max(times)) + 0.1),
+        )
+    ax.xaxis.set_major_locator(LogLocator(base=10.0, numticks=12))
+    ax.xaxis.set_minor_locator(NullLocator())
+    ax.xaxis.set_major_formatter(FuncFormatter(lambda value, _: _decade(value)))
+    for row, method in enumerate(measured.notes["methods"]):
+        how, key = mark(row), method["key"]
+        p50, tail = method["decision_p50"], method["decision_p99_9"]
+        ax.plot([method["period"]] * 2, [row - 0.5, row + 0.5], color="#222222", linewidth=1.2)
+        if math.isnan(p50):
+            ax.text(
+                0.4, row, "not measured", ha="center", va="center", fontsize=7.0,
+                color=palette.QUIET, transform=ax.get_yaxis_transform(),
+            )  # fmt: skip
+            continue
+        ax.plot([p50, tail], [row, row], color=how.colour, linewidth=2.2, zorder=2.0)
+        ax.plot(p50, row, zorder=3.0, gid=f"p50-{key}", **marked(how, markersize=7.5))
+        ax.plot(tail, row, color=how.colour, gid=f"p99.9-{key}", **_TICK)
+
+
+def _decade(value: float) -> str:
+    """The name of 1 ns, 1 µs, 1 ms, 1 s; the decades between have none."""
+    exponent = round(math.log10(value))
+    return time_words(10.0**exponent * (1.0 + 1e-9)) if exponent % 3 == 0 else ""
+
+
+def _add_share_legend(figure: Figure, measured: Measured[Comparison]) -> None:
+    quiet = palette.QUIET
+    shape = {"color": quiet, "markersize": 7.0, "linestyle": "none"}
+    handles = [
+        Line2D([], [], marker="o", label="mean share of the limit; median time", **shape),
+        Line2D([], [], marker="|", markeredgewidth=1.8, label="worst cell; p99.9", **shape),
+        Line2D([], [], color="#222222", linewidth=1.2, label="the limit; the control period"),
+    ]
+    partial = any(
+        not score(method["key"], select(measured.rows, leg_speed=speed)).complete
+        for method in measured.notes["methods"]
+        for speed in values(measured.rows, "leg_speed")
+    )
+    if partial:
+        handles.append(
+            Line2D([], [], marker="o", markerfacecolor="white",
+                   label="measured on fewer cells: means do not compare directly", **shape)
+        )  # fmt: skip
+    add_legend(figure, handles, len(handles), 0.12, columnspacing=1.6)
