@@ -42,14 +42,8 @@ COARSE = 8
 
 REACH = "#f1f5f7"
 
-_SHARES_WIDTH, _LABELS, _ROW, _SHARES_HEAD, _SHARES_FOOT, _SHARES_GAP = (
-    11.0,
-    2.6,
-    0.34,
-    0.82,
-    0.95,
-    0.2,
-)
+_LABELS, _ROW = 2.6, 0.34
+_SHARES_WIDTH, _SHARES_HEAD, _SHARES_FOOT, _SHARES_GAP = 11.0, 0.82, 0.95, 0.2
 _TICK = {"marker": "|", "markersize": 9.0, "markeredgewidth": 1.8, "zorder": 3.0}
 _TIME_SHARE = 1.7
 """How much wider the plot of times is than one of fractions."""
@@ -176,33 +170,27 @@ def _draw_map(ax: PolarAxes, measured: Measured[Comparison], at: _Map) -> None:
 
 
 def _draw_limits(ax: PolarAxes, at: _Map) -> None:
-    finite, point = at.limits("limit_finite"), at.limits("limit_point")
-    fixed = at.limits("limit_fixed")
-    if at.coarse:
-        for name, radii, options in (
-            ("finite", finite, {"color": LIMIT, "linewidth": 1.6}),
-            ("point", point, {"color": LIMIT, "linewidth": 0.9, "linestyle": palette.DASHES}),
-            ("fixed", fixed, FIXED),
-        ):
-            for angle, radius in zip(np.radians(at.angles), radii, strict=True):
-                arc = np.linspace(angle - _WEDGE, angle + _WEDGE, 15)
-                ax.plot(
-                    arc, np.full(15, radius), zorder=2.5, solid_capstyle="butt",
-                    gid=f"limit-{name}-{at.phase:g}-{math.degrees(angle):.4g}", **options,
-                )  # fmt: skip
-                if name == "finite":
-                    ax.fill_between(arc, 0.0, radius, color=REACH, linewidth=0.0, zorder=1.0)
-        return
-    theta, outer = closed(at.angles, finite)
-    _, inner = closed(at.angles, point)
-    ax.fill(theta, outer, color=FOOT_BAND, linewidth=0.0, zorder=0.9)
-    ax.fill(theta, inner, color=REACH, linewidth=0.0, zorder=1.0)
-    ax.plot(theta, outer, color=LIMIT, linewidth=1.4, zorder=2.5, gid=f"limit-finite-{at.phase:g}")
-    ax.plot(
-        theta, inner, color=LIMIT, linewidth=0.8, linestyle=palette.DASHES, zorder=2.4,
-        gid=f"limit-point-{at.phase:g}",
-    )  # fmt: skip
-    ax.plot(*closed(at.angles, fixed), zorder=2.3, gid=f"limit-fixed-{at.phase:g}", **FIXED)
+    limits = {
+        "finite": {"color": LIMIT, "linewidth": 1.6 if at.coarse else 1.4, "zorder": 2.5},
+        "point": {"color": LIMIT, "linewidth": 0.9 if at.coarse else 0.8, "zorder": 2.4,
+                  "linestyle": palette.DASHES},
+        "fixed": {"zorder": 2.3, **FIXED},
+    }  # fmt: skip
+    for name, options in limits.items():
+        radii, gid = at.limits(f"limit_{name}"), f"limit-{name}-{at.phase:g}"
+        if not at.coarse:
+            around = closed(at.angles, radii)
+            ax.plot(*around, gid=gid, **options)
+            if name != "fixed":
+                ground = (FOOT_BAND, 0.9) if name == "finite" else (REACH, 1.0)
+                ax.fill(*around, color=ground[0], linewidth=0.0, zorder=ground[1])
+            continue
+        for angle, radius in zip(np.radians(at.angles), radii, strict=True):
+            arc = np.linspace(angle - _WEDGE, angle + _WEDGE, 15)
+            own = f"{gid}-{math.degrees(angle):.4g}"
+            ax.plot(arc, np.full(15, radius), solid_capstyle="butt", gid=own, **options)
+            if name == "finite":
+                ax.fill_between(arc, 0.0, radius, color=REACH, linewidth=0.0, zorder=1.0)
 
 
 def _draw_method(
