@@ -211,11 +211,6 @@ def test_what_is_explained_is_told_as_it_goes_on(monkeypatch) -> None:
     assert told == [(done, 4) for done in range(5)]
 
 
-def test_a_folder_of_another_name_is_refused() -> None:
-    with pytest.raises(sf.ParameterError, match="at least one of `methods`"):
-        BodyPushes(ROBOT, methods=())
-
-
 def row(key: str, direction: str, phase: float, foot: str, impulse: float) -> dict:
     return {
         "method": key, "direction": direction, "phase": phase, "foot": foot, "impulse": impulse,

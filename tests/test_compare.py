@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import json
 import math
-from pathlib import Path
 
 import polars
 import pytest
 
 import surefoot as sf
-from killed_studies import kill_when_kept, shards, without_time
+from killed_studies import without_time
 from surefoot.control.registry import find_method, method_names, methods
 from surefoot.studies.compare.question import Cell, Comparison, able_methods, every_method
 from surefoot.studies.compare.show import remarks
@@ -117,43 +116,6 @@ def test_the_number_of_workers_changes_nothing(measured, tmp_path) -> None:
     two = run(SMALL, tmp_path / "two", workers=2)
     assert not two.failures
     assert without_time(two.rows) == without_time(measured.rows)
-
-
-KILLED = """
-from pathlib import Path
-import sys, time
-import surefoot as sf
-from surefoot.studies.compare.question import Comparison
-from surefoot.studies.engine.study import run
-Comparison.KEEP_EVERY = 0.0
-honest = Comparison.measure
-Comparison.measure = lambda *a: (time.sleep(0.3), honest(*a))[1]
-SMALL = Comparison(
-    sf.load_robot('paper-biped').replace(mass=70.0), methods=('tracking', 'hybrid'), directions=2,
-    phases=2, leg_speeds=(3.0,), step=20.0,
-)
-run(SMALL, Path(sys.argv[1]), workers=1)
-"""
-
-
-def kept_rows(folder: Path) -> list[dict]:
-    return [row for path in shards(folder) for row in polars.read_parquet(path).to_dicts()]
-
-
-def test_a_killed_study_goes_on_and_repeats_nothing(measured, tmp_path, monkeypatch) -> None:
-    """kill -9 in the middle, three times; every finished cell is measured once."""
-    folder, before = tmp_path / "table", 0
-    for _ in range(3):
-        before = kill_when_kept(KILLED, folder, count=before + 1)
-    kept = kept_rows(folder)
-    assert 3 <= len(kept) < len(measured.rows)
-    again = []
-    honest = Comparison.measure
-    monkeypatch.setattr(Comparison, "measure", lambda s, c: (again.append(c), honest(s, c))[1])
-    found = run(SMALL, folder, workers=1)
-    assert not found.failures
-    assert len(again) == len(found.rows) - len(kept)
-    assert without_time(found.rows) == without_time(measured.rows)
 
 
 @pytest.mark.parametrize(

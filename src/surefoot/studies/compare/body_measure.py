@@ -122,7 +122,7 @@ def measure_walk(
 
     Returns:
         Whether it `walked` to the end and for how long (`time` [s]), and of a fall `cause` and
-        `words`; root mean squares while walking of `dcm_error`, DCM against its plan as seen from
+        `words`; root mean squares while walking of `dcm_error`, DCM against its plan relative to
         the standing foot, and `estimate_error`, estimated DCM against the true one, likewise [m];
         `drift` of the feet to the left of the course [m] and `heading` of the base away from it
         [rad] in the end, `speed` held [m/s]; `seconds` that it took. NaN is what there is not.
@@ -152,8 +152,8 @@ def measure_walk(
 def tracking_error(rollout: Rollout, trace: BodyTrace) -> float:
     """Root mean square of the true DCM against its plan, both from the standing foot [m].
 
-    The plan is from where the foot is believed to stand: a place that is remembered wrongly, which
-    no controller feels, is left out. NaN if it never walked.
+    The plan is relative to the estimated place of the foot: an error of that place, which no
+    controller measures, is left out. NaN if it never walked.
     """
     walking = trace.walking
     if not walking.any():

@@ -181,7 +181,7 @@ _NOTHING: Mapping[str, float] = MappingProxyType({})
 
 @dataclass(frozen=True)
 class BodyDisturbance:
-    """What is wrong with a body's sensors, with the body and with its floor.
+    """A disturbance of a body's sensors, of the body itself and of its floor.
 
     Attributes:
         key: its name on the command line.

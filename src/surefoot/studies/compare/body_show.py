@@ -43,12 +43,12 @@ USED = {
 """Words, factor and unit of what was used, by its name in `engine.body_recovery.used_after`."""
 
 WALK_COLUMNS = (
-    "what is wrong", "walked", "DCM [mm]", "estimate [mm]", "course [mm]", "heading [mrad]"
+    "disturbance", "walked", "DCM [mm]", "estimate [mm]", "course [mm]", "heading [mrad]"
 )  # fmt: skip
 
 WALK_NOTE = (
     "Of every number the walk in which it is worst: root mean squares while walking of the DCM "
-    "against its plan, and of its estimate against the truth, both seen from the standing foot; "
+    "against its plan, and of its estimate against the truth, both relative to the standing foot; "
     "in the end, the middle of the feet beside the course and the base away from its heading. All "
     "at once are the delay, 10 % more mass, the payload, friction 0.4 and bumps. A time is "
     "that of a fall."
@@ -108,7 +108,7 @@ def _protocol_words(measured: Measured[BodyPushes]) -> list[str]:
         f"85 N s on 70 kg: {AIM:.2f} m/s. With timing fixed a step lasts as long as nominal to "
         "5 ms, with place fixed it lands where nominal to 5 mm; both are the unified controller "
         "with a narrower box of steps.",
-        f"What the controllers are told of the body: {about['state']}.",
+        f"State that the controllers are given: {about['state']}.",
     ]
 
 
@@ -153,7 +153,7 @@ def _mean_words(rows: Sequence[Row]) -> str:
 
 
 def every_scan(measured: Measured[BodyPushes]) -> Table:
-    """All scans with what was seen of their falls."""
+    """All scans with the signs of their falls."""
     order = list(DIRECTIONS)
     rows = [
         (
@@ -166,7 +166,7 @@ def every_scan(measured: Measured[BodyPushes]) -> Table:
             key=lambda row: (order.index(row["direction"]), row["foot"], row["phase"]),
         )
     ]  # fmt: skip
-    columns = ("method", "direction", "foot", "phase", "N s (Δv)", "what was seen of the fall")
+    columns = ("method", "direction", "foot", "phase", "N s (Δv)", "signs of the fall")
     return Table("", "", columns, rows)
 
 
@@ -275,9 +275,9 @@ def falls_table(measured: Measured[BodyWalks]) -> Table:
     for row in measured.rows:
         if not row["walked"]:
             method = f", {methods[row['method']]}" if len(methods) > 1 else ""
-            wrong = f"{conditions[row['condition']]}{method}"
-            rows.append((wrong, f"{row['seed']}", f"{row['time']:.1f} s", row["words"]))
-    columns = ("what is wrong", "seed", "after", "what was seen")
+            disturbance = f"{conditions[row['condition']]}{method}"
+            rows.append((disturbance, f"{row['seed']}", f"{row['time']:.1f} s", row["words"]))
+    columns = ("disturbance", "seed", "after", "signs")
     return Table(f"Why {measured.study.robot.name} fell", "", columns, rows)
 
 

@@ -27,7 +27,7 @@ HEADING = "What is left of the margin"
 
 RULE = (
     f"A push is survived if the robot has not fallen {TIME_WORDS} after it, with the same rule "
-    "for the undisturbed walk: under noise nobody is back on the gait. The limit is the "
+    "for the undisturbed walk: under noise no method is back on the gait. The limit is the "
     "theoretical one of the robot that is really pushed, undisturbed. Where a disturbance takes "
     "several walks, one for each seed or direction, the worst counts."
 )

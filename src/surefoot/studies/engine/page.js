@@ -130,8 +130,8 @@ const page = (() => {
     }
     shown.draw();
     const asked = Object.entries(choices).map(([key, { values }]) => [key, values[state[key]]]);
-    const told = asked.map(([key, value]) => [key, value === Infinity ? "inf" : Number.isFinite(value) ? plain(value, 4) : value]);
-    const address = new URLSearchParams([...told, ...Object.entries(shown.asked())]);
+    const spoken = asked.map(([key, value]) => [key, value === Infinity ? "inf" : Number.isFinite(value) ? plain(value, 4) : value]);
+    const address = new URLSearchParams([...spoken, ...Object.entries(shown.asked())]);
     history.replaceState(null, "", `#${address.toString().replaceAll("%2C", ",")}`);
   }
   function choose(changes) {

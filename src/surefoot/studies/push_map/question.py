@@ -37,7 +37,7 @@ from surefoot.studies.push_map.measure import measure_cells
 COARSE_STEPS = 10
 """How many steps of the scan the fast way takes at once."""
 
-MOST_STEPS = 200
+MAX_STRIDE = 200
 """The coarse step is at most so many steps of the scan."""
 
 
@@ -97,9 +97,9 @@ class PushMap(Study):
             object.__setattr__(self, "coarse", COARSE_STEPS * self.step)
         check_number("coarse", self.coarse or 0.0, 0.0, "N s", above=True)
         stride = self.stride
-        if not 1 <= stride <= MOST_STEPS or not math.isclose(stride * self.step, self.coarse or 0):
+        if not 1 <= stride <= MAX_STRIDE or not math.isclose(stride * self.step, self.coarse or 0):
             raise ParameterError(
-                f"`coarse` as 1 to {MOST_STEPS} times the step of {self.step:g} N s",
+                f"`coarse` as 1 to {MAX_STRIDE} times the step of {self.step:g} N s",
                 f"{self.coarse:g} N s",
                 f"give {COARSE_STEPS * self.step:g}, or {self.step:g} to walk everything",
             )

@@ -35,7 +35,7 @@ from surefoot.studies.push_map.map_numbers import (
 from surefoot.studies.push_map.measure import PER_WALK, RECOVERED
 from surefoot.studies.push_map.pictures import COLOURS, HEADING, heat_figure, polar_figure
 
-NO_STEPS, MOST_STEPS = 63, 62
+NO_STEPS, MAX_STEPS = 63, 62
 """How a walk's steps to recover are packed into six bits: none, and so many or more."""
 
 NO_MARGIN = -32768
@@ -136,7 +136,7 @@ def page_data(numbers: MapNumbers) -> dict[str, Any]:
         np.concatenate([row[name] for row in rows]) for name in ("fate", "recovery_steps", "margin")
     )
     back = (fate == RECOVERED) & (steps >= 0)
-    steps = np.where(back, np.minimum(steps, MOST_STEPS), NO_STEPS)
+    steps = np.where(back, np.minimum(steps, MAX_STEPS), NO_STEPS)
     lost = ~(np.abs(margin) < MARGIN_UNIT * (-NO_MARGIN - 1))
     margin = np.where(lost, NO_MARGIN, np.round(np.where(lost, 0.0, margin) / MARGIN_UNIT))
     phases, angles, limit = numbers.phases.tolist(), numbers.angles.tolist(), numbers.limit
