@@ -19,9 +19,9 @@ from surefoot.show.method_marks import mark
 from surefoot.studies.compare.figures import fraction_figure, polar_figure
 from surefoot.studies.compare.question import Comparison
 from surefoot.studies.compare.scores import score, survived, unbroken
-from surefoot.studies.engine.cells import select, values
 from surefoot.studies.engine.report import Figure as Drawn
 from surefoot.studies.engine.study import Measured
+from surefoot.studies.engine.table import select, values
 
 
 def measured(directions: int = 8, phases: int = 8, **options: Any) -> Measured[Comparison]:

@@ -15,10 +15,10 @@ from surefoot.studies.compare.page import page_data
 from surefoot.studies.compare.question import Comparison
 from surefoot.studies.compare.scores import choose, score, share, situation, survived, unbroken
 from surefoot.studies.compare.show import comparison_report
-from surefoot.studies.engine.cells import select, values
 from surefoot.studies.engine.report import embedded
 from surefoot.studies.engine.scan import FAILURES
 from surefoot.studies.engine.study import Measured
+from surefoot.studies.engine.table import select, values
 
 
 @pytest.fixture(scope="module")

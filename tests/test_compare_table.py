@@ -22,9 +22,9 @@ from surefoot.studies.compare.show import (
     note,
     protocol,
 )
-from surefoot.studies.engine.cells import select
 from surefoot.studies.engine.report import Table
 from surefoot.studies.engine.study import Measured
+from surefoot.studies.engine.table import select
 from surefoot.studies.engine.words import angle_words, time_words
 
 ROW = {

@@ -19,9 +19,15 @@ import pytest
 
 import surefoot as sf
 import surefoot.studies.engine.workers as workers
-from surefoot.studies.engine.cells import batched, measure_missing
 from surefoot.studies.engine.table import Shards
-from surefoot.studies.engine.workers import KILLED, Cluster, Processes, all_results
+from surefoot.studies.engine.workers import (
+    KILLED,
+    Cluster,
+    Processes,
+    all_results,
+    batched,
+    measure_missing,
+)
 
 distributed = pytest.importorskip("distributed")
 

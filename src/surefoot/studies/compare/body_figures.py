@@ -15,9 +15,9 @@ from surefoot.robot.multibody import SIDES
 from surefoot.show import palette
 from surefoot.show.method_marks import Mark, mark
 from surefoot.studies.compare.body_question import BodyPushes, BodyWalks
-from surefoot.studies.engine.cells import Row, select
 from surefoot.studies.engine.pictures import add_legend, headline, marked, panel
 from surefoot.studies.engine.study import Measured
+from surefoot.studies.engine.table import Row, select
 
 AIM = 85.0 / 70.0
 """The Δv of the paper's largest push, 85 N s on 70 kg [m/s]."""

@@ -24,7 +24,6 @@ from surefoot.rollout.measures import measure_body
 from surefoot.rollout.rollout import Rollout
 from surefoot.rollout.trace import BodyTrace
 from surefoot.studies.engine.body_recovery import SPAN, used_after
-from surefoot.studies.engine.cells import Row, select
 from surefoot.studies.engine.pushed_body import (
     BEFORE_PUSH,
     NO_STEP,
@@ -32,6 +31,7 @@ from surefoot.studies.engine.pushed_body import (
     PushedBody,
     mechanism_of,
 )
+from surefoot.studies.engine.table import Row, select
 from surefoot.worlds.body.controller import BodyControl
 from surefoot.worlds.body.gait import body_control
 from surefoot.worlds.body.inverse_dynamics import InverseDynamics

@@ -16,7 +16,6 @@ from surefoot.checks import check_number
 from surefoot.dcm.pushes import DIRECTIONS
 from surefoot.robot.multibody import SIDES
 from surefoot.studies.compare.body_measure import measure_push, measure_walk
-from surefoot.studies.engine.cells import Row
 from surefoot.studies.engine.pushed_body import (
     BODY_METHODS,
     FIRST_PUSHED_STEP,
@@ -35,6 +34,7 @@ from surefoot.studies.engine.pushed_walk import (
     check_different,
     find_named,
 )
+from surefoot.studies.engine.table import Row
 from surefoot.worlds.body.plant import Surroundings
 from surefoot.worlds.body.sensors import BodyNoise
 

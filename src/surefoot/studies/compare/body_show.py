@@ -17,9 +17,9 @@ from surefoot.studies.compare.body_figures import (
 )
 from surefoot.studies.compare.body_question import BodyPushes, BodyWalks
 from surefoot.studies.compare.scores import impulse_words, unbroken
-from surefoot.studies.engine.cells import Row, select
 from surefoot.studies.engine.report import Details, Figure, Part, Report, Table, Text, provenance
 from surefoot.studies.engine.study import Measured
+from surefoot.studies.engine.table import Row, select
 from surefoot.studies.engine.words import count_words
 
 MISSING = "–"

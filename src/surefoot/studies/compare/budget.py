@@ -17,10 +17,10 @@ from surefoot.show import palette
 from surefoot.studies.compare.disturbances import UNDISTURBED
 from surefoot.studies.compare.question import Comparison
 from surefoot.studies.compare.scores import share, situation, survived
-from surefoot.studies.engine.cells import Row
 from surefoot.studies.engine.pictures import headline, panel, without_frame
 from surefoot.studies.engine.report import Details, Figure, Report, Table, Text, provenance
 from surefoot.studies.engine.study import Measured
+from surefoot.studies.engine.table import Row
 from surefoot.studies.engine.words import TIME_WORDS, percent
 
 HEADING = "What is left of the margin"

@@ -22,7 +22,6 @@ from surefoot.show import palette
 from surefoot.show.method_marks import Mark, mark
 from surefoot.studies.compare.question import Comparison
 from surefoot.studies.compare.scores import choose, score, survived, unbroken
-from surefoot.studies.engine.cells import Row, select, values
 from surefoot.studies.engine.pictures import (
     FIXED,
     FOOT_BAND,
@@ -35,6 +34,7 @@ from surefoot.studies.engine.pictures import (
     panel,
 )
 from surefoot.studies.engine.study import Measured
+from surefoot.studies.engine.table import Row, select, values
 from surefoot.studies.engine.words import speed_words, time_words
 
 COARSE = 8

@@ -14,9 +14,9 @@ from surefoot.control.registry import find_method
 from surefoot.dcm.pushes import Push
 from surefoot.rollout.disturbance import Disturbance
 from surefoot.studies.compare.disturbances import UNDISTURBED, named_disturbance
-from surefoot.studies.engine.cells import Row
 from surefoot.studies.engine.pushed_walk import PUSHED_SIDE, PUSHED_STEP
 from surefoot.studies.engine.scan import LARGEST_BEYOND, LARGEST_SHARE, smallest_failing_push
+from surefoot.studies.engine.table import Row
 from surefoot.worlds.point.simulate import simulate
 
 if TYPE_CHECKING:

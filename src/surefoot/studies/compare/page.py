@@ -12,10 +12,10 @@ from surefoot.dcm.pushes import DIRECTIONS
 from surefoot.show.method_marks import mark
 from surefoot.studies.compare.question import Comparison
 from surefoot.studies.compare.scores import Choice, situation, survived
-from surefoot.studies.engine.cells import values
 from surefoot.studies.engine.report import choice as choice_of
 from surefoot.studies.engine.scan import FAILURES
 from surefoot.studies.engine.study import Measured
+from surefoot.studies.engine.table import values
 from surefoot.studies.engine.words import angle_words, time_words
 
 LIMITS = ("limit_point", "limit_finite", "limit_fixed", "limit_causal")

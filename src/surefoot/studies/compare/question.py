@@ -14,7 +14,6 @@ from surefoot.errors import MissingExtraError, RobotError
 from surefoot.robot.robot import Robot
 from surefoot.studies.compare import measure
 from surefoot.studies.compare.disturbances import UNDISTURBED, named_disturbance
-from surefoot.studies.engine.cells import Row
 from surefoot.studies.engine.pushed_walk import (
     PushCell,
     PushedStudy,
@@ -24,6 +23,7 @@ from surefoot.studies.engine.pushed_walk import (
     push_cells,
 )
 from surefoot.studies.engine.study import installed_version
+from surefoot.studies.engine.table import Row
 
 SOLVERS = ("daqp", "casadi")
 """Libraries that decide for some methods."""

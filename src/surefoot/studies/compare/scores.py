@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from surefoot.errors import ParameterError
-from surefoot.studies.engine.cells import Row, select, values
+from surefoot.studies.engine.table import Row, select, values
 
 USUAL = {"leg_speed": 3.0, "push_duration": 0.2, "phase": 0.5}
 """What single numbers are of, unless somebody chooses: m/s, s, and the middle of a step."""

@@ -21,7 +21,6 @@ from surefoot.studies.compare.scores import (
     survived,
     unbroken,
 )
-from surefoot.studies.engine.cells import Row, select, values
 from surefoot.studies.engine.report import (
     Details,
     Figure,
@@ -33,6 +32,7 @@ from surefoot.studies.engine.report import (
     provenance,
 )
 from surefoot.studies.engine.study import Measured
+from surefoot.studies.engine.table import Row, select, values
 from surefoot.studies.engine.words import (
     RECOVERED_WORDS,
     angle_words,

@@ -43,9 +43,8 @@ from msgspec import to_builtins
 from surefoot.compiled import source_stamp
 from surefoot.errors import StudyError
 from surefoot.robot.robot import Robot
-from surefoot.studies.engine.cells import Failure, Progress, Row, measure_missing, without_infinity
-from surefoot.studies.engine.table import Shards, write_table
-from surefoot.studies.engine.workers import Workers
+from surefoot.studies.engine.table import Row, Shards, without_infinity, write_table
+from surefoot.studies.engine.workers import Failure, Progress, Workers, measure_missing
 from surefoot.version import VERSION
 
 DIGITS = 12

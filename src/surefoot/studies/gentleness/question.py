@@ -11,7 +11,6 @@ from dataclasses import asdict, dataclass
 from itertools import product
 from typing import ClassVar
 
-from surefoot.studies.engine.cells import Row
 from surefoot.studies.engine.pushed_walk import (
     PushCell,
     PushedStudy,
@@ -19,6 +18,7 @@ from surefoot.studies.engine.pushed_walk import (
     check_sizes,
     push_cells,
 )
+from surefoot.studies.engine.table import Row
 
 IMPULSES, LEG_SPEEDS = (5.0, 10.0, 20.0), (3.0, float("inf"))
 """Of the usual table [N s], [m/s]."""

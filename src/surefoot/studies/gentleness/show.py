@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from surefoot.studies.engine.cells import Row, select
 from surefoot.studies.engine.report import Report, Table, Text, provenance
 from surefoot.studies.engine.study import Measured
+from surefoot.studies.engine.table import Row, select
 from surefoot.studies.engine.words import speed_words
 from surefoot.studies.gentleness.question import Gentleness
 

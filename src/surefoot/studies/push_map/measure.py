@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from surefoot.dcm.pushes import PUSH
 from surefoot.rollout.outcome import recovery_time
-from surefoot.studies.engine.cells import Row
 from surefoot.studies.engine.pushed_walk import whole_sole_limits
 from surefoot.studies.engine.scan import FAILURES
+from surefoot.studies.engine.table import Row
 from surefoot.worlds.point.batch import simulate_batch
 from surefoot.worlds.point.walks import Walks
 

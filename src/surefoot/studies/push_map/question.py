@@ -29,9 +29,9 @@ from surefoot.plugins import foreign_stamp
 from surefoot.robot.feet import Side
 from surefoot.robot.robot import Robot
 from surefoot.rollout.rollout import describe
-from surefoot.studies.engine.cells import Row
 from surefoot.studies.engine.pushed_walk import check_count
 from surefoot.studies.engine.study import Study
+from surefoot.studies.engine.table import Row
 from surefoot.studies.push_map.measure import measure_cells
 
 COARSE_STEPS = 10

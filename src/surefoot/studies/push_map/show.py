@@ -12,7 +12,6 @@ from matplotlib.colors import to_hex
 from numpy.typing import NDArray
 
 from surefoot.dcm.pushes import DIRECTIONS
-from surefoot.studies.engine.cells import without_infinity
 from surefoot.studies.engine.report import (
     Details,
     Figure,
@@ -23,6 +22,7 @@ from surefoot.studies.engine.report import (
     choice,
     provenance,
 )
+from surefoot.studies.engine.table import without_infinity
 from surefoot.studies.engine.words import angle_words, percent
 from surefoot.studies.push_map.map_numbers import (
     QUANTITIES,
