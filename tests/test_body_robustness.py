@@ -74,21 +74,6 @@ def test_what_is_alone_is_alone() -> None:
     assert inertial.gyro == inertial.gyro_bias == 0.005
 
 
-@pytest.mark.parametrize(
-    ("changes", "message"),
-    [
-        ({"conditions": ("fog",)}, "a disturbance of a body"),
-        ({"conditions": ()}, "at least one of `conditions`"),
-        ({"methods": ("unified", "unified")}, "each of them once"),
-        ({"seeds": 0}, "`seeds` as a whole number"),
-        ({"duration": 0.0}, "`duration` above 0"),
-    ],
-)
-def test_walks_that_cannot_be_are_refused(changes: dict, message: str) -> None:
-    with pytest.raises(sf.ParameterError, match=message):
-        BodyWalks(ROBOT, **changes)
-
-
 def test_a_row_is_the_same_twice_and_true() -> None:
     cell = WalkCell("unified", "mass+10%", 1)
     first, again = (SMALL.measure(cell) for _ in range(2))

@@ -118,27 +118,6 @@ def test_the_number_of_workers_changes_nothing(measured, tmp_path) -> None:
     assert without_time(two.rows) == without_time(measured.rows)
 
 
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        ({"methods": ("lqr",)}, r"a method \("),
-        ({"methods": ()}, "at least one of `methods`"),
-        ({"methods": ("hybrid", "hybrid")}, "`methods` without repetition"),
-        ({"directions": 0}, "`directions` as a whole number of at least 1"),
-        ({"phases": 2.5}, "`phases` as a whole number"),
-        ({"leg_speeds": (0.0,)}, r"`leg_speeds` above 0 \[m/s\]"),
-        ({"leg_speeds": (math.nan,)}, "`leg_speeds` above 0"),
-        ({"push_durations": (math.inf,)}, r"`push_durations` above 0 \[s\] and finite"),
-        ({"step": 0.0}, r"`step` above 0 \[N s\]"),
-    ],
-)
-def test_questions_that_make_no_sense(arguments, message: str) -> None:
-    with pytest.raises(sf.ParameterError, match=message):
-        Comparison(ROBOT, **arguments)
-    with pytest.raises(sf.VelocityError):
-        Comparison(ROBOT, velocity=(9.0, 0.0))
-
-
 def test_limits_do_not_depend_on_the_method() -> None:
     cells = [Cell(key, 90.0, 0.25, 0.1, 3.0) for key in every_method()]
     assert len({tuple(SMALL.limits(cell).values()) for cell in cells}) == 1
@@ -192,11 +171,6 @@ def test_a_scan_that_nothing_ends_still_makes_a_table(tmp_path) -> None:
     assert math.isinf(row["impulse"])
     assert json.dumps(result.as_numbers(), allow_nan=False)
     assert polars.read_parquet(tmp_path / "table" / "compare.parquet")["impulse"][0] == math.inf
-
-
-def test_a_leg_that_is_too_slow_for_the_gait_is_refused() -> None:
-    with pytest.raises(sf.VelocityError, match=r"a leg of at least 1\.875 m/s .* walk at less"):
-        Comparison(ROBOT, leg_speeds=(3.0, 1.5))
 
 
 def test_the_papers_claim_is_answered_from_the_rows() -> None:

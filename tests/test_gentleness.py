@@ -97,17 +97,3 @@ def test_every_number_of_the_table_is_in_all_forms(measured: Measured[Gentleness
                 words = f"{1e3 * quantity['mean']:.1f} {1e3 * quantity['largest']:6.1f}"
                 assert words in report.markdown()
                 assert words in report.html()
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        ({"impulses": (0.0,)}, r"`impulses` above 0 \[N s\]"),
-        ({"impulses": ()}, "at least one of `impulses`"),
-        ({"leg_speeds": (3.0, 3.0)}, "`leg_speeds` without repetition"),
-        ({"methods": ("lqr", "hybrid")}, r"a method \("),
-    ],
-)
-def test_questions_that_make_no_sense(robot: sf.Robot, arguments: dict, message: str) -> None:
-    with pytest.raises(sf.ParameterError, match=message):
-        Gentleness(robot, **arguments)

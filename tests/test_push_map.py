@@ -238,25 +238,6 @@ def test_the_table_says_where_it_is_from(hybrid: sf.HybridController, tmp_path: 
         walked(replace(study, step=20.0, coarse=None), tmp_path / "map")
 
 
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        ({"directions": 0}, "`directions` as a whole number of at least 1; got 0; 72 is usual"),
-        ({"phases": 2.5}, "`phases` as a whole number"),
-        ({"step": 0.0}, r"`step` above 0 \[N s\]"),
-        ({"push_duration": -0.1}, r"`push_duration` above 0 \[s\]"),
-        ({"coarse": 2.5}, "1 to 200 times the step of 1 N s; got 2.5 N s; give"),
-        ({"coarse": 0.5}, "1 to 200 times the step"),
-        ({"coarse": 300.0}, "1 to 200 times the step"),
-    ],
-)
-def test_pushes_that_make_no_sense(
-    hybrid: sf.HybridController, arguments: dict[str, Any], message: str
-) -> None:
-    with pytest.raises(sf.ParameterError, match=message):
-        PushMap(hybrid, **arguments)
-
-
 def test_a_leg_that_cannot_keep_up_is_refused(tmp_path: Path, slow_leg: sf.Robot) -> None:
     crawling = sf.HybridController(slow_leg.with_leg(max_speed=0.3), (0.5, 0.0))
     with pytest.raises(sf.VelocityError, match="a leg of at least"):
