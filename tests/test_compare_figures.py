@@ -15,7 +15,7 @@ from figure_artists import assert_words_stand_apart, drawn, line
 from push_comparison import METHODS, comparison, measured_rows
 from surefoot.errors import ParameterError
 from surefoot.show import palette
-from surefoot.show.method_marks import mark
+from surefoot.show.palette import mark
 from surefoot.studies.compare.figures import fraction_figure, polar_figure
 from surefoot.studies.compare.question import Comparison
 from surefoot.studies.compare.scores import score, survived, unbroken

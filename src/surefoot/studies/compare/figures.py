@@ -19,7 +19,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
 from surefoot.errors import ParameterError
 from surefoot.show import palette
-from surefoot.show.method_marks import Mark, mark
+from surefoot.show.palette import Mark, mark
 from surefoot.studies.compare.question import Comparison
 from surefoot.studies.compare.scores import choose, score, survived, unbroken
 from surefoot.studies.engine.pictures import (

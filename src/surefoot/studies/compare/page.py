@@ -9,7 +9,7 @@ import math
 from typing import Any
 
 from surefoot.dcm.pushes import DIRECTIONS
-from surefoot.show.method_marks import mark
+from surefoot.show.palette import mark
 from surefoot.studies.compare.question import Comparison
 from surefoot.studies.compare.scores import Choice, situation, survived
 from surefoot.studies.engine.report import choice as choice_of

@@ -18,7 +18,7 @@ from matplotlib.ticker import MaxNLocator
 
 from surefoot.dcm.pushes import DIRECTIONS
 from surefoot.show import palette
-from surefoot.show.method_marks import Mark
+from surefoot.show.palette import Mark
 from surefoot.show.picture_file import HALO, marker_path
 
 LIMIT, FOOT_BAND = "#222222", "#d7e3ea"

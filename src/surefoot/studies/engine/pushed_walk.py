@@ -18,7 +18,7 @@ import numpy as np
 from surefoot.checks import check_number, check_pair
 from surefoot.control.registry import find_method
 from surefoot.dcm.nominal_gait import NominalGait, nominal_gait
-from surefoot.dcm.push_limit import causal_push_limit, check_leg, fixed_steps_limit, push_limit
+from surefoot.dcm.push_limit import PushCase, check_leg, fixed_steps_limit
 from surefoot.dcm.pushes import Push, push_direction
 from surefoot.errors import ParameterError
 from surefoot.interface import Controller
@@ -196,42 +196,22 @@ class PushedWalk:
             `limit_fixed` with it but fixed steps.
         """
         robot = plant or self.robot
-        situation: dict[str, Any] = {
-            "velocity": self.velocity,
-            "elapsed": self.start(cell.phase) - self.start(0.0),
-            "duration": cell.push_duration,
-            "support_side": PUSHED_SIDE,
-        }
-        direction = self.direction(cell.angle)
-        finite, causal, fixed = whole_sole_limits(robot, direction, **situation)
+        point = PushCase(
+            robot,
+            self.direction(cell.angle),
+            velocity=self.velocity,
+            elapsed=self.start(cell.phase) - self.start(0.0),
+            duration=cell.push_duration,
+            support_side=PUSHED_SIDE,
+        )
+        whole = replace(point, zmp_reach=robot.foot.half)
+        fixed = fixed_steps_limit(robot, point.direction, duration=cell.push_duration)
         return {
-            "limit_point": push_limit(robot, direction, **situation).impulse,
-            "limit_finite": finite,
-            "limit_causal": causal,
-            "limit_fixed": fixed,
+            "limit_point": point.limit().impulse,
+            "limit_finite": whole.limit().impulse,
+            "limit_causal": whole.causal_limit().impulse,
+            "limit_fixed": fixed.impulse,
         }
-
-
-def whole_sole_limits(
-    robot: Robot, direction: tuple[float, float], **situation: Any
-) -> tuple[float, float, float]:
-    """The theoretical limits with the whole sole [N s]: of a push that is known, of one whose end
-    is unknown, and without moving a landing.
-
-    Args:
-        robot: that is pushed.
-        direction: of the push, a unit vector (x, y).
-        **situation: other arguments of `push_limit`.
-    """
-    known, causal = (
-        largest(robot, direction, zmp_reach=robot.foot.half, **situation).impulse
-        for largest in (push_limit, causal_push_limit)
-    )
-    return (
-        known,
-        causal,
-        fixed_steps_limit(robot, direction, duration=situation["duration"]).impulse,
-    )
 
 
 @dataclass(frozen=True)

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from surefoot.dcm.push_limit import PushCase, fixed_steps_limit
 from surefoot.dcm.pushes import PUSH
 from surefoot.rollout.outcome import recovery_time
-from surefoot.studies.engine.pushed_walk import whole_sole_limits
 from surefoot.studies.engine.scan import FAILURES
 from surefoot.studies.engine.table import Row
 from surefoot.worlds.point.batch import simulate_batch
@@ -59,7 +59,7 @@ def cell_row(
     Args:
         study: the map.
         cell: whose row it is.
-        limits: see `whole_sole_limits` [N s].
+        limits: with the whole sole, as in `limit`, `limit_causal` and `limit_fixed` [N s].
         walks: `WALK` records of its impulses upwards.
 
     Returns:
@@ -135,11 +135,16 @@ def _between(fate: NDArray[np.int8], walked: NDArray[np.int64]) -> NDArray[np.in
 
 
 def _limits(study: PushMap, cell: Cell) -> tuple[float, float, float]:
-    return whole_sole_limits(
+    """The theoretical limits with the whole sole [N s]: of a push that is known, of one whose end
+    is unknown, and without moving a landing."""
+    case = PushCase(
         study.robot,
         study.direction(cell.angle),
         velocity=study.controller.gait.velocity,
         elapsed=study.start(cell),
         duration=study.push_duration,
         support_side=study.support_side,
+        zmp_reach=study.robot.foot.half,
     )
+    fixed = fixed_steps_limit(case.robot, case.direction, duration=case.duration)
+    return case.limit().impulse, case.causal_limit().impulse, fixed.impulse
