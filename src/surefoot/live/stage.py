@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from surefoot.dcm.frame_turn import rotated
 from surefoot.dcm.viability import viable_landings
+from surefoot.geometry import rotated
 from surefoot.live.figure import SIDES, Figure, about_z, z_towards
 from surefoot.robot.feet import Side
 from surefoot.robot.robot import Robot

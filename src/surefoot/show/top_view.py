@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Rectangle
 from numpy.typing import NDArray
 
-from surefoot.dcm.frame_turn import rotated
+from surefoot.geometry import rotated
 from surefoot.robot.feet import Side
 from surefoot.robot.floor import laid_boards
 from surefoot.rollout.rollout import Rollout
