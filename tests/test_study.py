@@ -14,6 +14,7 @@ import polars
 import pytest
 
 import surefoot as sf
+from killed_studies import kill_when_kept, shards
 from surefoot.studies.engine.study import Study, run
 from surefoot.studies.engine.table import Shards
 
@@ -146,6 +147,33 @@ def test_a_folder_of_other_questions_is_refused(robot: sf.Robot, tmp_path: Path)
     assert measured(robot) == [1, 2, 4]
 
 
+KILLED = """
+import sys, time
+from pathlib import Path
+sys.path.insert(0, sys.argv[1])
+import surefoot as sf
+from test_study import Squares
+from surefoot.studies.engine.study import run
+honest = Squares.measure
+Squares.measure = lambda *a: (time.sleep(0.2), honest(*a))[1]
+robot = sf.load_robot("paper-biped").replace(name=sys.argv[2])
+run(Squares(robot, (1, 2, 4, 5, 7, 8)), Path(sys.argv[3]), workers=1)
+"""
+
+
+def test_a_killed_study_goes_on_and_repeats_nothing(robot: sf.Robot, tmp_path: Path) -> None:
+    """kill -9 in the middle, three times; every finished cell is measured once."""
+    here, folder, count = Path(__file__).parent, tmp_path / "out", 0
+    for _ in range(3):
+        count = kill_when_kept(KILLED, here, Path(robot.name), folder, count=count + 1)
+    kept = [row["number"] for one in shards(folder) for row in polars.read_parquet(one).to_dicts()]
+    assert 3 <= len(kept) < 6
+    found = run(Squares(robot, (1, 2, 4, 5, 7, 8)), folder, workers=1)
+    assert not found.failures
+    assert [row["square"] for row in found.rows] == [1, 4, 16, 25, 49, 64]
+    assert all(measured(robot).count(number) == 1 for number in kept)
+
+
 def test_processes_measure_the_same(robot: sf.Robot, tmp_path: Path) -> None:
     study = Squares(robot, (1, 2, 3, 4, 5, 7))
     one, two = (run(study, tmp_path / f"{count}", workers=count) for count in (1, 2))
@@ -156,8 +184,8 @@ def test_processes_measure_the_same(robot: sf.Robot, tmp_path: Path) -> None:
 def test_two_studies_add_to_one_table(tmp_path) -> None:
     """And a shard that was taken away is not written over."""
     first, second = (Shards(tmp_path / "table", {"what": "numbers"}) for _ in range(2))
-    for number, shards in enumerate([first, second, first]):
-        shards.add([{"number": number}])
+    for number, one in enumerate([first, second, first]):
+        one.add([{"number": number}])
     files = sorted((tmp_path / "table" / "shards").iterdir())
     assert len(files) == 3
     files[1].unlink()

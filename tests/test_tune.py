@@ -17,7 +17,7 @@ from click.testing import CliRunner
 import surefoot as sf
 from surefoot.cli import main
 from surefoot.control.settings import load_settings, settings, with_settings
-from surefoot.studies.engine.push_answer import Answer
+from surefoot.studies.engine.pushed_walk import Answer
 from surefoot.studies.tune.choice import PREFERENCES, choose, reasons, simplest
 from surefoot.studies.tune.command import PREFERENCES as OFFERED
 from surefoot.studies.tune.measure import STEP_WEIGHT, effort_of, score, survived

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from functools import lru_cache
+from functools import lru_cache, partial
 
 from surefoot.control.registry import find_method
 from surefoot.control.unified.controller import fixed_place, fixed_timing
@@ -59,19 +59,19 @@ class BodyMethod:
         label: its name in tables.
         adapts: what it changes when the body is pushed.
         make: its controller, from robot and velocity.
+        sources: of the package that brings it, see `Method.sources`.
     """
 
     key: str
     label: str
     adapts: str
     make: Callable[[Robot, tuple[float, float]], Controller]
+    sources: str = ""
 
 
 def _published(key: str) -> BodyMethod:
     one = find_method(key)
-    return BodyMethod(
-        key, one.label, one.adapts, lambda robot, velocity: body_controller(key, robot, velocity)
-    )
+    return BodyMethod(key, one.label, one.adapts, partial(body_controller, key), one.sources)
 
 
 BODY_METHODS = (

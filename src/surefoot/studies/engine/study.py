@@ -33,6 +33,7 @@ import platform
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass, field, fields
 from datetime import date
+from functools import partial
 from importlib import metadata
 from pathlib import Path
 from typing import Any, ClassVar, Generic, TypeVar
@@ -42,9 +43,8 @@ from msgspec import to_builtins
 from surefoot.compiled import source_stamp
 from surefoot.errors import StudyError
 from surefoot.robot.robot import Robot
-from surefoot.studies.engine.cells import Failure, Progress, Row, measure_missing, without_infinity
-from surefoot.studies.engine.table import Shards, write_table
-from surefoot.studies.engine.workers import Workers
+from surefoot.studies.engine.table import Row, Shards, without_infinity, write_table
+from surefoot.studies.engine.workers import Failure, Progress, Workers, measure_missing
 from surefoot.version import VERSION
 
 DIGITS = 12
@@ -113,6 +113,11 @@ class Study:
         """The row of a cell that could not be measured; None to leave it out of the table."""
         return None
 
+    def foreign_sources(self) -> dict[str, str]:
+        """The content of what packages other than Surefoot bring to the rows, such as a control
+        method, by name; "" if there is none. A row holds as long as this and `stamp` do."""
+        return {}
+
     def common(self) -> dict[str, Any]:
         """What all rows of one folder have in common, as plain values, beside the robot, the
         version and the sources. A folder with other values is refused."""
@@ -159,8 +164,8 @@ class Measured(Generic[S]):
     def as_numbers(self) -> dict[str, Any]:
         """All of it for JSON, which has no word for infinity: null."""
         failures = [{**self.study.columns(one.cell), "error": one.error} for one in self.failures]
-        told = {"rows": self.rows, **self.notes, "failures": failures}
-        return without_infinity(told) | {"provenance": self.provenance}
+        numbers = {"rows": self.rows, **self.notes, "failures": failures}
+        return without_infinity(numbers) | {"provenance": self.provenance}
 
 
 def run(
@@ -193,7 +198,7 @@ def run(
     have = {_key([row.get(name, usual.get(name)) for name in names]): row for row in shards.rows}
     wanted = {_key_of(study, one): one for one in map(study.measured_as, cells)}
     failures = measure_missing(
-        _rows, study, wanted, have, shards, workers=workers, at_once=study.at_once(),
+        partial(_rows, study), wanted, have, shards, workers=workers, at_once=study.at_once(),
         keep_every=study.KEEP_EVERY, report=report,
     )  # fmt: skip
     errors = {_key_of(study, one.cell): one.error for one in failures}
@@ -282,11 +287,13 @@ def _key(value: Any) -> Any:
 
 
 def _common(study: Study) -> dict[str, Any]:
+    foreign = {f"sources of {one}": what for one, what in study.foreign_sources().items() if what}
     return {
         "robot": to_builtins(study.robot),
         **study.common(),
         "version": VERSION,
         "sources": stamp(type(study)),
+        **foreign,
     }
 
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from surefoot.checks import closest
 from surefoot.dcm.pushes import DIRECTIONS
 from surefoot.errors import ParameterError
-from surefoot.studies.engine.cells import Row
+from surefoot.studies.engine.table import Row
 from surefoot.studies.sweep.measure import FAILED, REFUSED, RESULTS, Result
 from surefoot.studies.sweep.parameters import parameter
 

@@ -11,8 +11,8 @@ from surefoot.dcm.push_limit import push_limit
 from surefoot.errors import SurefootError
 from surefoot.robot.feet import Side
 from surefoot.rollout.outcome import recovery_time
-from surefoot.studies.engine.cells import Row
 from surefoot.studies.engine.scan import LARGEST_BEYOND, LARGEST_SHARE, smallest_failing_push
+from surefoot.studies.engine.table import Row
 from surefoot.studies.sweep.parameters import Situation, situation
 from surefoot.worlds.point.batch import simulate_batch
 from surefoot.worlds.point.walks import Walks

@@ -6,9 +6,9 @@ import math
 from collections import Counter
 from typing import Any
 
-from surefoot.studies.engine.cells import without_infinity
 from surefoot.studies.engine.report import Details, Figure, Report, Table, Text, word_table
 from surefoot.studies.engine.study import Measured
+from surefoot.studies.engine.table import without_infinity
 from surefoot.studies.sweep.columns import quantity_name
 from surefoot.studies.sweep.measure import RESULTS
 from surefoot.studies.sweep.pictures import sweep_figure

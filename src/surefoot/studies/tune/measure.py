@@ -27,8 +27,7 @@ from surefoot.dcm.nominal_gait import NominalGait
 from surefoot.interface import Controller
 from surefoot.robot.feet import Side
 from surefoot.robot.robot import Robot
-from surefoot.studies.engine.push_answer import Answer, answer
-from surefoot.studies.engine.pushed_walk import PUSHED_SIDE, PushCell, PushedWalk
+from surefoot.studies.engine.pushed_walk import PUSHED_SIDE, Answer, PushCell, PushedWalk, answer
 from surefoot.studies.engine.scan import LARGEST_SHARE, smallest_failing_push
 
 STEP_WEIGHT = 10.0
