@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import replace
 from typing import Any
 
 from surefoot.checks import closest
@@ -16,40 +16,13 @@ from surefoot.control.registry import methods
 from surefoot.control.settings import searched, settings, with_settings
 from surefoot.errors import ParameterError
 from surefoot.robot.robot import Robot
+from surefoot.studies.engine.parameters import PAIR, Parameter, method_parameters
 
 DIGITS = 3
 """A value that is tried is rounded to these digits: it is to be read and copied."""
 
 OF_THE_QUESTION = ("step_duration", "period")
 """Settings that change what is measured rather than how well it is answered."""
-
-COMPONENTS = ("x", "y")
-
-
-@dataclass(frozen=True)
-class Parameter:
-    """A setting of a method, or a component of one, with the range in which it is searched.
-
-    Attributes:
-        name: of the setting; a component of a pair has `.x` or `.y` behind.
-        low: smallest value; the range is logarithmic if it is positive [unit of the setting].
-        high: largest value [unit of the setting].
-    """
-
-    name: str
-    low: float
-    high: float
-
-    @property
-    def log(self) -> bool:
-        """Whether factors count rather than differences."""
-        return self.low > 0.0
-
-    def read(self, values: Mapping[str, Any]) -> float:
-        """Its value in the settings of a method."""
-        name, _, component = self.name.partition(".")
-        value = values[name]
-        return float(value[COMPONENTS.index(component)] if component else value)
 
 
 def usual_parameters(key: str) -> tuple[Parameter, ...]:
@@ -58,7 +31,13 @@ def usual_parameters(key: str) -> tuple[Parameter, ...]:
     Raises:
         ParameterError: no such method.
     """
-    return tuple(Parameter(name, *ends) for name, ends in searched(key).items())
+    return tuple(_within(key, name, *ends) for name, ends in searched(key).items())
+
+
+def _within(key: str, name: str, low: float, high: float) -> Parameter:
+    """A setting of a method, or a component of one, with the interval in which it is searched."""
+    known = method_parameters(key)[name.partition(".")[0]]
+    return replace(known, name=name, parts=(), low=low, high=high)
 
 
 def chosen_parameters(
@@ -88,13 +67,13 @@ def chosen_parameters(
     if not texts:
         return tuple(usual.values())
     defaults = default_settings(key, robot, velocity)
-    possible = [*usual, *(name for name in _settable(defaults) if name not in usual)]
-    found = [_parsed(text, usual, possible) for text in texts]
+    possible = [*usual, *(name for name in _numbers(defaults) if name not in usual)]
+    found = [_parsed(key, text, usual, possible) for text in texts]
     names = [one.name for one in found]
     if len(set(names)) < len(names):
         raise ParameterError("every --knob once", ", ".join(names), "leave the second one out")
     for one in found:
-        value = one.read(defaults)
+        value = read(one, defaults)
         if not one.low <= value <= one.high:
             raise ParameterError(
                 f"a range of `{one.name}` with its default {value:g} in it, where the search "
@@ -115,18 +94,24 @@ def default_settings(key: str, robot: Robot, velocity: tuple[float, float]) -> d
     return {name: getattr(made, name) for name in settings(key)}
 
 
+def read(parameter: Parameter, values: Mapping[str, Any]) -> float:
+    """The value of a parameter in the settings of a method."""
+    name, _, component = parameter.name.partition(".")
+    return float(values[name][PAIR.index(component)] if component else values[name])
+
+
 def changed_settings(
     parameters: Iterable[Parameter], values: Mapping[str, float], defaults: Mapping[str, Any]
 ) -> dict[str, float | tuple[float, ...]]:
     """The settings of a method that differ from its defaults, with parameters at these values."""
     changed: dict[str, Any] = {}
     for one in parameters:
-        if values[one.name] == one.read(defaults):
+        if values[one.name] == read(one, defaults):
             continue
         name, _, component = one.name.partition(".")
         if component:
             pair = list(changed.get(name, defaults[name]))
-            pair[COMPONENTS.index(component)] = values[one.name]
+            pair[PAIR.index(component)] = values[one.name]
             changed[name] = tuple(pair)
         else:
             changed[name] = values[one.name]
@@ -138,20 +123,20 @@ def rounded(value: float) -> float:
     return float(f"{value:.{DIGITS}g}")
 
 
-def _settable(defaults: Mapping[str, Any]) -> list[str]:
+def _numbers(defaults: Mapping[str, Any]) -> list[str]:
     """The names of everything that is a number, and no part of the question."""
     names = []
     for name, value in defaults.items():
         if name in OF_THE_QUESTION:
             continue
-        if isinstance(value, tuple) and len(value) == len(COMPONENTS):
-            names += [f"{name}.{component}" for component in COMPONENTS]
+        if isinstance(value, tuple) and len(value) == len(PAIR):
+            names += [f"{name}.{component}" for component in PAIR]
         elif isinstance(value, float):
             names.append(name)
     return names
 
 
-def _parsed(text: str, usual: Mapping[str, Parameter], possible: list[str]) -> Parameter:
+def _parsed(key: str, text: str, usual: Mapping[str, Parameter], possible: list[str]) -> Parameter:
     name, given, ends = text.partition("=")
     if name not in possible:
         raise ParameterError(
@@ -159,18 +144,18 @@ def _parsed(text: str, usual: Mapping[str, Parameter], possible: list[str]) -> P
             repr(name),
             closest(name, possible, "choose one of these"),
         )
-    if not given:
-        if name in usual:
-            return usual[name]
+    if given:
+        return _within(key, name, *_interval(text, ends))
+    if name not in usual:
         raise ParameterError(
             f"a range for `{name}`, which has none of its own",
             repr(text),
             f"write --knob {name}=LOW:HIGH",
         )
-    return Parameter(name, *_range(text, ends))
+    return usual[name]
 
 
-def _range(text: str, ends: str) -> tuple[float, float]:
+def _interval(text: str, ends: str) -> tuple[float, float]:
     try:
         low, high = (float(end) for end in ends.split(":"))
     except ValueError:

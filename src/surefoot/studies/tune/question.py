@@ -3,24 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field, replace
-from typing import Any
-
-from msgspec import to_builtins
+from dataclasses import asdict, dataclass, fields, replace
+from functools import cached_property
+from typing import Any, ClassVar
 
 from surefoot.checks import check_number, check_seed
 from surefoot.control.settings import with_settings
-from surefoot.robot.robot import Robot
-from surefoot.studies.engine.pushed_walk import PushedWalk, push_cells
-from surefoot.studies.engine.study import installed_version, stamp
+from surefoot.errors import ParameterError, SurefootError
+from surefoot.studies.engine.cells import Row
+from surefoot.studies.engine.parameters import Parameter
+from surefoot.studies.engine.pushed_walk import PushCell, PushedWalk, push_cells
+from surefoot.studies.engine.study import Study, installed_version
+from surefoot.studies.tune.choice import check_preference
 from surefoot.studies.tune.measure import Pushed, Score, score
 from surefoot.studies.tune.parameters import (
-    Parameter,
     changed_settings,
     chosen_parameters,
     default_settings,
+    read,
 )
-from surefoot.version import VERSION
 
 SMALL_SHARE = 0.1
 """A small push is this share of the smallest limit."""
@@ -28,10 +29,26 @@ SMALL_SHARE = 0.1
 STEP_SHARE = 0.02
 """The usual step of the scan over the impulse, as a share of the smallest limit."""
 
+REFUSED = "refused"
+"""The column that says why the controller refused the values of a cell."""
+
 
 @dataclass(frozen=True)
-class Question:
-    """What is tuned, and by which pushes.
+class Cell:
+    """Values of the parameters, and the pushes on which they are measured.
+
+    Attributes:
+        pushes: "seen" by the search, or "unseen".
+        values: in the order of `Tuning.parameters`.
+    """
+
+    pushes: str
+    values: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class Tuning(Study):
+    """What is tuned, and by which pushes; which cells that makes, the search decides.
 
     Args:
         robot: who is pushed, with the speed limit that its leg is to have.
@@ -42,6 +59,9 @@ class Question:
         phases: of the pushes, evenly over a step.
         step: of the scan over the impulse, a share of the smallest limit [-].
         seed: of the search.
+        trials: how many are tried, with those that are there already.
+        prefer: what to take of the front: "survival", "gentleness" or "balance".
+        threads: all cores if None; their number changes nothing.
 
     Raises:
         ParameterError: an argument is out of range, or the method has no such parameters.
@@ -49,7 +69,6 @@ class Question:
         RobotError: the method cannot control this robot.
     """
 
-    robot: Robot
     velocity: tuple[float, float] = (0.5, 0.0)
     method: str = "unified"
     asked: tuple[str, ...] = ()
@@ -57,90 +76,121 @@ class Question:
     phases: int = 2
     step: float = STEP_SHARE
     seed: int = 0
-    parameters: tuple[Parameter, ...] = field(init=False)
-    defaults: dict[str, Any] = field(init=False, repr=False)
-    walk: PushedWalk = field(init=False, repr=False)
-    scan_step: float = field(init=False)
-    seen: tuple[Pushed, ...] = field(init=False, repr=False)
-    unseen: tuple[Pushed, ...] = field(init=False, repr=False)
-    impulse: float = field(init=False)
+    trials: int = 100
+    prefer: str = "survival"
+    threads: int | None = None
+
+    NAME: ClassVar = "tune"
+    LIBRARIES: ClassVar = ("numpy", "numba", "optuna")
 
     def __post_init__(self) -> None:
         check_seed(self.seed)
         check_number("step", self.step, 0.0, "-", above=True)
-        chosen = chosen_parameters(self.method, self.asked, self.robot, self.velocity)
-        object.__setattr__(self, "parameters", chosen)
+        trials: Any = self.trials
+        if isinstance(trials, bool) or not isinstance(trials, int) or trials < 1:
+            raise ParameterError("`trials` of at least 1", repr(trials), "100 is usual")
+        check_preference(self.prefer)
         # A robot that the method cannot control is refused now, not in a trial.
-        defaults = default_settings(self.method, self.robot, self.velocity)
-        object.__setattr__(self, "defaults", defaults)
-        walk = PushedWalk(self.robot, self.velocity)
-        walk.check_leg()
-        cells = push_cells(self.directions, self.phases)
-        # What the search does not see lies half-way between what it does.
-        others = [
-            replace(
-                cell,
-                angle=cell.angle + 180.0 / self.directions,
-                phase=cell.phase + 0.5 / self.phases,
-            )
-            for cell in cells
-        ]
-        for name, some in (("seen", cells), ("unseen", others)):
-            pushed = tuple(Pushed(one, walk.limits(one)["limit_finite"]) for one in some)
-            object.__setattr__(self, name, pushed)
-        smallest = min(one.limit for one in self.seen)
-        object.__setattr__(self, "walk", walk)
-        object.__setattr__(self, "scan_step", float(f"{self.step * smallest:.2g}"))
-        object.__setattr__(self, "impulse", float(f"{SMALL_SHARE * smallest:.2g}"))
+        _ = self.parameters, self.defaults
+        self.walk.check_leg()
+        _ = self.pushes
+
+    @cached_property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """What is searched, and within which range."""
+        return chosen_parameters(self.method, self.asked, self.robot, self.velocity)
+
+    @cached_property
+    def defaults(self) -> dict[str, Any]:
+        """All settings of the method where nothing is set."""
+        return default_settings(self.method, self.robot, self.velocity)
+
+    @cached_property
+    def walk(self) -> PushedWalk:
+        """What is pushed."""
+        return PushedWalk(self.robot, self.velocity)
+
+    @cached_property
+    def pushes(self) -> dict[str, tuple[Pushed, ...]]:
+        """Those that the search sees, and others half-way between them."""
+        seen = push_cells(self.directions, self.phases)
+        turn, later = 180.0 / self.directions, 0.5 / self.phases
+        unseen = [replace(one, angle=one.angle + turn, phase=one.phase + later) for one in seen]
+        return {"seen": self._with_limits(seen), "unseen": self._with_limits(unseen)}
+
+    def _with_limits(self, cells: Sequence[PushCell]) -> tuple[Pushed, ...]:
+        return tuple(Pushed(one, self.walk.limits(one)["limit_finite"]) for one in cells)
+
+    @property
+    def scan_step(self) -> float:
+        """Of the scan over the impulse [N s]."""
+        return self._share_of_smallest_limit(self.step)
+
+    @property
+    def impulse(self) -> float:
+        """Of the small pushes [N s]."""
+        return self._share_of_smallest_limit(SMALL_SHARE)
+
+    def _share_of_smallest_limit(self, share: float) -> float:
+        return float(f"{share * min(one.limit for one in self.pushes['seen']):.2g}")
 
     @property
     def start(self) -> dict[str, float]:
         """The default of every parameter."""
-        return {one.name: one.read(self.defaults) for one in self.parameters}
+        return {one.name: read(one, self.defaults) for one in self.parameters}
 
     def settings(self, values: Mapping[str, float]) -> dict[str, Any]:
         """What is not as by default with these values of the parameters."""
         return changed_settings(self.parameters, values, self.defaults)
 
-    def measure(
-        self, values: Mapping[str, float], cells: Sequence[Pushed], workers: int | None
-    ) -> Score:
-        """How the method does with these values of the parameters.
+    def cell(self, values: Mapping[str, float], pushes: str = "seen") -> Cell:
+        """The cell of these values of the parameters."""
+        return Cell(pushes, tuple(values[one.name] for one in self.parameters))
 
-        Raises:
-            SurefootError: it refuses them.
-        """
-        controller = with_settings(self.method, self.robot, self.velocity, self.settings(values))
-        return score(controller, self.walk, cells, self.impulse, self.scan_step, workers=workers)
+    def columns(self, cell: Cell) -> Row:
+        """See `Study`."""
+        names = (f"controller.{one.name}" for one in self.parameters)
+        return {"pushes": cell.pushes, **dict(zip(names, cell.values, strict=True))}
+
+    def measure(self, cell: Cell) -> Row:
+        """How the method does: the numbers of a `Score`, or why it refuses the values."""
+        names = (one.name for one in self.parameters)
+        changed = self.settings(dict(zip(names, cell.values, strict=True)))
+        try:
+            controller = with_settings(self.method, self.robot, self.velocity, changed)
+            found = score(
+                controller, self.walk, self.pushes[cell.pushes], self.impulse, self.scan_step,
+                workers=self.threads,
+            )  # fmt: skip
+        except SurefootError as error:
+            return {one.name: None for one in fields(Score)} | {REFUSED: str(error)}
+        return asdict(found) | {REFUSED: None}
 
     def common(self) -> dict[str, Any]:
-        """What a folder is kept for, as plain values."""
+        """See `Study`."""
         return {
-            "robot": to_builtins(self.robot),
             "velocity": list(self.velocity),
             "method": self.method,
-            "parameters": [asdict(one) for one in self.parameters],
+            "parameters": [[one.name, one.low, one.high] for one in self.parameters],
             "directions": self.directions,
             "phases": self.phases,
             "step": self.step,
             "seed": self.seed,
-            "version": VERSION,
-            "sources": stamp(type(self)),
             "optuna": installed_version("optuna"),
         }
 
     def provenance(self) -> dict[str, str]:
-        """What a report must say of the question to have it answered again."""
-        swing = self.robot.swing
+        """See `Study`."""
+        swing, pushed = self.robot.swing, self.pushes["seen"][0].cell
         return {
-            "version": VERSION,
-            "sources": stamp(type(self))[:16],
-            "robot": self.robot.name,
             "velocity": f"{self.velocity[0]:g}, {self.velocity[1]:g} m/s",
             "leg": f"{swing.max_speed:g} m/s, {swing.max_acceleration:g} m/s^2",
             "controller": self.method,
             "pushes": f"{self.directions} directions, {self.phases} phases of the step, "
-            f"{self.seen[0].cell.push_duration:g} s long",
+            f"{pushed.push_duration:g} s long",
             "scan": f"in steps of {self.scan_step:g} N s",
             "small push": f"{self.impulse:g} N s",
+            "trials": f"{self.trials}",
+            "seed": f"{self.seed}",
+            "preferred": self.prefer,
         }

@@ -1,0 +1,84 @@
+"""The numbers that a study can vary, with the unit, the words and the range that their owner has.
+
+Of a control method these stand on its fields (`control.fields.setting`); of a robot, its gait and a
+disturbance in the documentation of their class, as `name: words [unit].`
+"""
+
+from __future__ import annotations
+
+import inspect
+import math
+import re
+from dataclasses import dataclass, is_dataclass
+
+from surefoot.control.fields import declared
+from surefoot.control.registry import find_method
+from surefoot.control.settings import settings
+
+PAIR = ("x", "y")
+"""Names of the components of a pair."""
+
+_ENTRY = re.compile(r"^ {4}(\w+): (.*(?:\n {8}.*)*)", re.MULTILINE)
+_UNIT = re.compile(r"\[([^\]]+)\]")
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A number that can be varied, or a pair of them.
+
+    Attributes:
+        name: of its owner's; a component has its own name behind a dot.
+        unit: of its values; empty if none is known, as of a whole number.
+        words: what it is.
+        parts: names of the components of a pair, none of a single value.
+        whole: whether it is a whole number.
+        low: smallest value [unit].
+        high: largest value [unit].
+    """
+
+    name: str
+    unit: str = ""
+    words: str = ""
+    parts: tuple[str, ...] = ()
+    whole: bool = False
+    low: float = -math.inf
+    high: float = math.inf
+
+    @property
+    def log(self) -> bool:
+        """Whether factors count rather than differences: in a range of positive values."""
+        return self.low > 0.0
+
+
+def method_parameters(key: str) -> dict[str, Parameter]:
+    """What can be set in a control method, by name; pairs as wholes.
+
+    Raises:
+        ParameterError: no such method.
+    """
+    make = find_method(key).make
+    known = declared(make) if is_dataclass(make) else {}
+    found = {}
+    for name, usual in settings(key).items():
+        pair = isinstance(usual, tuple) and len(usual) == len(PAIR)
+        unit, words = (known[name].unit, known[name].words) if name in known else ("", "")
+        found[name] = Parameter(name, unit, words, PAIR if pair else ())
+    return found
+
+
+def documented_parameters(owner: type, names: tuple[str, ...]) -> dict[str, Parameter]:
+    """What the documentation of a class says of its attributes, by name.
+
+    Args:
+        owner: its docstring has a line `name: words [unit].` for each of them.
+        names: those that are wanted.
+    """
+    entries = dict(_ENTRY.findall(inspect.getdoc(owner) or ""))
+    return {name: _documented(name, entries.get(name, ""), owner) for name in names}
+
+
+def _documented(name: str, entry: str, owner: type) -> Parameter:
+    words, kind = " ".join(entry.split()), str(inspect.get_annotations(owner)[name])
+    units = _UNIT.findall(words)
+    pair = PAIR if kind.startswith("tuple") else ()
+    return Parameter(name, units[-1] if units else "", words, pair, whole=kind == "int")
