@@ -52,16 +52,22 @@ def panels(rollout: Rollout) -> tuple[Panel, ...]:
     return POINT_PANELS if rollout.body is None else BODY_PANELS
 
 
-def draw_time_plots(axes: Sequence[Axes], rollout: Rollout, parts: list[Stance]) -> None:
+def draw_time_plots(
+    axes: Sequence[Axes],
+    rollout: Rollout,
+    parts: list[Stance],
+    shown: Sequence[Panel] | None = None,
+) -> None:
     """Draw the plots over time, one below the other.
 
     Args:
-        axes: as many as there are `panels`, of the same width.
+        axes: one for each plot, of the same width.
         rollout: the walk.
         parts: its stances; of a body none are needed.
+        shown: what is plotted; all `panels` of the walk if None.
     """
     start = float(rollout.time[0])
-    for index, (ax, panel) in enumerate(zip(axes, panels(rollout), strict=True)):
+    for index, (ax, panel) in enumerate(zip(axes, shown or panels(rollout), strict=True)):
         ax.set_gid(panel.name)
         ax.set_xlim(start, max(float(rollout.time[-1]), start + 1e-3))
         ax.grid(axis="y", color="#e8e8e8", linewidth=0.5, zorder=0)

@@ -89,7 +89,9 @@ def _near(rollout: Rollout, path: NDArray[np.float64], far: float) -> NDArray[np
     return rollout.support_foot + np.clip(path - rollout.support_foot, -far, far)
 
 
-def draw_top_view(ax: Axes, rollout: Rollout, parts: list[Stance], shown: Extent) -> None:
+def draw_top_view(
+    ax: Axes, rollout: Rollout, parts: list[Stance], shown: Extent, *, labelled: bool = True
+) -> None:
     """Draw the walk from above.
 
     Args:
@@ -97,6 +99,7 @@ def draw_top_view(ax: Axes, rollout: Rollout, parts: list[Stance], shown: Extent
         rollout: the walk.
         parts: its stances; of a body none are needed.
         shown: the ground to show.
+        labelled: whether the words of the pushes stand above it.
     """
     draw_ground(ax, shown)
     if rollout.body is not None:
@@ -113,7 +116,8 @@ def draw_top_view(ax: Axes, rollout: Rollout, parts: list[Stance], shown: Extent
         *rollout.dcm[landed].T, "o", color="white", markeredgecolor=palette.DCM, markersize=3.6,
         markeredgewidth=1.0, zorder=4.3, gid="dcm-touchdown",
     )  # fmt: skip
-    label_pushes(ax, rollout, shown)
+    if labelled:
+        label_pushes(ax, rollout, shown)
     if rollout.fallen:
         _mark_fall(ax, rollout, shown)
 

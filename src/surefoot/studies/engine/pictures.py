@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.projections.polar import PolarAxes
 from matplotlib.ticker import MaxNLocator
@@ -34,6 +35,13 @@ def headline(
         "  ·  ".join(filter(None, parts)), x=left / width, y=1.0 - down / height, ha="left",
         va="top", fontsize=size, fontweight="bold",
     )  # fmt: skip
+
+
+def add_box(figure: Figure, left: float, down: float, width: float, height: float) -> Axes:
+    """Add axes in a box: `left` and `down` from the upper left corner of the figure [in]."""
+    wide, tall = figure.get_size_inches()
+    place = (left / wide, 1.0 - (down + height) / tall, width / wide, height / tall)
+    return figure.add_axes(place)
 
 
 def add_map(
