@@ -177,7 +177,7 @@ def test_every_name_that_is_offered_can_be_set() -> None:
             "disturbance": sf.Disturbance(), "push": None,
         }[room]  # fmt: skip
         if room == "push":
-            present[name] = usual.push[rest]
+            present[name] = getattr(usual.push, rest)
             continue
         if name == "gait.velocity":
             present[name] = [0.5, 0.0]

@@ -21,8 +21,7 @@ from surefoot.robot.robot import Foot, Trunk, load_robot
 from surefoot.rollout.disturbance import Disturbance
 from surefoot.show import palette
 from surefoot.studies.engine.study import Measured
-from surefoot.studies.sweep.columns import column
-from surefoot.studies.sweep.panels import wilson
+from surefoot.studies.sweep.columns import column, wilson
 from surefoot.studies.sweep.parameters import parameters
 from surefoot.studies.sweep.pictures import draw_sweep, sweep_figure
 from surefoot.studies.sweep.question import Sweep

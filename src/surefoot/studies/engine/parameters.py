@@ -1,4 +1,4 @@
-"""The numbers that a study can vary, with the unit, the words and the range that their owner has.
+"""The numbers that a study can vary, with the unit and the range that their owner has.
 
 Of a control method these stand on its fields (`control.fields.setting`); of a robot, its gait and a
 disturbance in the documentation of their class, as `name: words [unit].`
@@ -29,7 +29,6 @@ class Parameter:
     Attributes:
         name: of its owner's; a component has its own name behind a dot.
         unit: of its values; empty if none is known, as of a whole number.
-        words: what it is.
         parts: names of the components of a pair, none of a single value.
         whole: whether it is a whole number.
         low: smallest value [unit].
@@ -38,7 +37,6 @@ class Parameter:
 
     name: str
     unit: str = ""
-    words: str = ""
     parts: tuple[str, ...] = ()
     whole: bool = False
     low: float = -math.inf
@@ -61,24 +59,22 @@ def method_parameters(key: str) -> dict[str, Parameter]:
     found = {}
     for name, usual in settings(key).items():
         pair = isinstance(usual, tuple) and len(usual) == len(PAIR)
-        unit, words = (known[name].unit, known[name].words) if name in known else ("", "")
-        found[name] = Parameter(name, unit, words, PAIR if pair else ())
+        unit = known[name].unit if name in known else ""
+        found[name] = Parameter(name, unit, PAIR if pair else ())
     return found
 
 
-def documented_parameters(owner: type, names: tuple[str, ...]) -> dict[str, Parameter]:
-    """What the documentation of a class says of its attributes, by name.
+def documented_parameters(owner: type) -> dict[str, Parameter]:
+    """The numbers and pairs of a class by name, as its documentation describes them.
 
     Args:
-        owner: its docstring has a line `name: words [unit].` for each of them.
-        names: those that are wanted.
+        owner: its docstring has a line `name: words [unit].` for each.
     """
     entries = dict(_ENTRY.findall(inspect.getdoc(owner) or ""))
-    return {name: _documented(name, entries.get(name, ""), owner) for name in names}
-
-
-def _documented(name: str, entry: str, owner: type) -> Parameter:
-    words, kind = " ".join(entry.split()), str(inspect.get_annotations(owner)[name])
-    units = _UNIT.findall(words)
-    pair = PAIR if kind.startswith("tuple") else ()
-    return Parameter(name, units[-1] if units else "", words, pair, whole=kind == "int")
+    found = {}
+    for name, kind in inspect.get_annotations(owner).items():
+        if kind in ("float", "int", "tuple[float, float]"):
+            unit = (_UNIT.findall(entries.get(name, "")) or [""])[-1]
+            pair = PAIR if kind.startswith("tuple") else ()
+            found[name] = Parameter(name, unit, pair, whole=kind == "int")
+    return found

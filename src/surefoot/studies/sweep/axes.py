@@ -13,7 +13,7 @@ from matplotlib.ticker import MaxNLocator, NullLocator
 from numpy.typing import NDArray
 
 from surefoot.show import palette
-from surefoot.studies.sweep.columns import Column, number_word
+from surefoot.studies.sweep.columns import Column, Quantity, number_word
 
 Which = Literal["x", "y"]
 Places = Sequence[float] | NDArray[np.float64]
@@ -147,14 +147,32 @@ def even_grid(ax: Axes) -> None:
     ax.set_axisbelow(True)
 
 
-def span_values(ax: Axes, values: NDArray[np.float64], room: float) -> None:
+def limit_values(ax: Axes, what: Quantity, room: float, *, share: bool = False) -> None:
     """Limits along y that hold all values, from 0 on if none is below.
 
     Args:
         ax: whose limits are set.
-        values: finite, at least one.
-        room: beside the values, a share of what they span.
+        what: the quantity.
+        room: beside the values, a part of what they span.
+        share: whether shares are drawn of a quantity that is yes or no, and no limits.
     """
-    low, high = float(values.min()), float(values.max())
+    every = what.values if share else np.concatenate([what.values, what.limits])
+    every = every[np.isfinite(every)]
+    if share and (what.whether or not len(every)):
+        ax.set_ylim(-0.04, 1.04)
+        return
+    if what.whether:
+        ax.set_ylim(-0.15, 1.15)
+        ax.set_yticks([0.0, 1.0], ["no", "yes"])
+        return
+    if not share and np.isnan(what.values).all():
+        ax.text(
+            0.5, 0.5, "no cell has a number", transform=ax.transAxes, ha="center", va="center",
+            color=palette.QUIET, gid="empty",
+        )  # fmt: skip
+    if not len(every):
+        ax.set_yticks([])
+        return
+    low, high = float(every.min()), float(every.max())
     beside = room * ((high - min(low, 0.0)) or 1.0)
     ax.set_ylim(0.0 if low >= 0.0 else low - beside, high + beside)

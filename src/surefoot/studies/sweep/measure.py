@@ -143,15 +143,15 @@ def _limit(step: float, one: Situation) -> dict[str, Any]:
         one.plant,
         one.direction(),
         one.controller.gait.velocity,
-        one.push["phase"] * one.controller.gait.step_duration,
-        one.push["duration"],
+        one.elapsed,
+        one.push.duration,
         one.support_side,
     )
     found = smallest_failing_push(
         one.controller,
         one.direction(),
         start=one.start(),
-        duration=one.push["duration"],
+        duration=one.push.duration,
         step=step,
         largest=LARGEST_SHARE * limit + LARGEST_BEYOND,
         first_support=Side.RIGHT,
