@@ -9,11 +9,15 @@ from __future__ import annotations
 import inspect
 import math
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass, is_dataclass
+from typing import Any
 
+from surefoot.checks import check_number
 from surefoot.control.fields import declared
 from surefoot.control.registry import find_method
 from surefoot.control.settings import settings
+from surefoot.errors import ParameterError
 
 PAIR = ("x", "y")
 """Names of the components of a pair."""
@@ -78,3 +82,46 @@ def documented_parameters(owner: type) -> dict[str, Parameter]:
             pair = PAIR if kind.startswith("tuple") else ()
             found[name] = Parameter(name, unit, pair, whole=kind == "int")
     return found
+
+
+def component(values: Mapping[str, Any], name: str) -> float:
+    """A value by its name, or half of a pair, which has `.x` or `.y` behind its name."""
+    whole, _, part = name.partition(".")
+    return float(values[whole][PAIR.index(part)] if part else values[whole])
+
+
+def chosen_values(
+    room: str, known: Mapping[str, Parameter], given: Mapping[str, Any], usual: Mapping[str, Any]
+) -> dict[str, Any]:
+    """The values that are given; of a pair of which a half is given both.
+
+    Args:
+        room: what the parameters belong to, for messages.
+        known: the parameters by name.
+        given: values by name; half of a pair has the name of that part behind a dot.
+        usual: of pairs, where a half is not given.
+
+    Raises:
+        ParameterError: a pair is none, or a half is no finite number.
+    """
+    found = {}
+    for name, one in known.items():
+        if any(f"{name}.{part}" in given for part in one.parts):
+            found[name] = chosen_pair(room, one, given, usual[name])
+        elif name in given:
+            value = given[name]
+            found[name] = tuple(value) if isinstance(value, list) else value
+    return found
+
+
+def chosen_pair(
+    room: str, one: Parameter, given: Mapping[str, Any], usual: Any
+) -> tuple[float, float]:
+    """A pair that is given as a whole or by halves; see `chosen_values`."""
+    name, pair = f"{room}.{one.name}", given.get(one.name, usual)
+    if not isinstance(pair, (list, tuple)) or len(pair) != 2:
+        raise ParameterError(f"`{name}` as a pair", repr(pair), "write [0.5, 0.0]")
+    x, y = (given.get(f"{one.name}.{part}", own) for part, own in zip(one.parts, pair, strict=True))
+    for half in (x, y):
+        check_number(name, half, -math.inf, one.unit)
+    return float(x), float(y)

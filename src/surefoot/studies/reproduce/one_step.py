@@ -112,7 +112,8 @@ class OneStepLimit(Assumptions):
     @classmethod
     def of(cls, row: Row) -> OneStepLimit:
         """The limit that a row of a study holds."""
-        return cls(**row | {"offset_weight": tuple(row["offset_weight"])})
+        values: Row = {**row, "offset_weight": tuple(row["offset_weight"])}
+        return cls(**values)
 
 
 def every_assumption() -> Iterator[Assumptions]:

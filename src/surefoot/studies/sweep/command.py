@@ -48,7 +48,7 @@ def sweep(
     from surefoot.checks import check_writable
     from surefoot.errors import ParameterError
     from surefoot.studies.engine.workers import Cluster
-    from surefoot.studies.sweep.columns import quantity_name
+    from surefoot.studies.sweep.axes import quantity_name
     from surefoot.studies.sweep.pictures import draw_sweep
     from surefoot.studies.sweep.show import as_numbers, report
     from surefoot.studies.sweep.study_file import load_study

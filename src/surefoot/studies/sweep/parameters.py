@@ -25,6 +25,8 @@ from surefoot.rollout.disturbance import Disturbance
 from surefoot.studies.engine.parameters import (
     PAIR,
     Parameter,
+    chosen_pair,
+    chosen_values,
     documented_parameters,
     method_parameters,
 )
@@ -42,17 +44,18 @@ class PushSettings:
 
     impulse: float = setting(0.0, "N s", "its size", least=0.0)
     angle: float = setting(
-        0.0, "deg", "from forward (0) towards the foot that swings in the step of the push (90)",
-        least=-math.inf,
-    )  # fmt: skip
+        0.0, "deg", "from forward (0) towards the foot that swings in the step of the push (90)"
+    )
     phase: float = setting(0.0, "of the step", "part of that step before it begins", least=0.0)
     duration: float = setting(0.2, "s", "how long it lasts", above=0.0)
     step: int = setting(2, "", "which step that is, from 0", least=0.0)
 
     def __post_init__(self) -> None:
         for name, one in declared(type(self)).items():
-            value = getattr(self, name)
-            check_number(f"push.{name}", value, one.least, one.unit or "-", above=one.excluded)
+            least = -math.inf if one.least is None else one.least
+            check_number(
+                f"push.{name}", getattr(self, name), least, one.unit or "-", above=one.excluded
+            )
         if self.step != int(self.step):
             raise ParameterError(
                 "`push.step` as a whole number", repr(self.step), "2 is usual: the third step"
@@ -178,11 +181,11 @@ def situation(robot: Robot, controller: str, values: Mapping[str, Any]) -> Situa
         room, _, rest = name.partition(".")
         rooms.setdefault(room, {})[rest] = value
     gait = rooms.get("gait", {})
-    velocity = _pair("gait.velocity", COMMAND, gait, VELOCITY)
+    velocity = chosen_pair("gait", COMMAND, gait, VELOCITY)
     known = _changed(robot, rooms.get("robot", {}), "robot")
     known = known.replace(gait=_struct(known.gait, "gait", LIMITS, gait))
     plant = _changed(known, rooms.get("plant", {}), "plant")
-    chosen = _chosen(
+    chosen = chosen_values(
         "controller",
         method_parameters(controller),
         rooms.get("controller", {}),
@@ -194,41 +197,14 @@ def situation(robot: Robot, controller: str, values: Mapping[str, Any]) -> Situa
     disturbance = None
     if given := rooms.get("disturbance", {}):
         disturbance = Disturbance(
-            **_chosen("disturbance", DISTURBANCE, given, asdict(Disturbance()))
+            **chosen_values("disturbance", DISTURBANCE, given, asdict(Disturbance()))
         )
         whole_cycles(disturbance.delay, decides.period)
     return Situation(decides, plant, disturbance, PushSettings(**rooms.get("push", {})))
 
 
-def _chosen(
-    room: str,
-    known: Mapping[str, Parameter],
-    given: Mapping[str, Any],
-    usual: Mapping[str, Any],
-) -> dict[str, Any]:
-    """The values of a room that are given; of a pair of which a half is given both."""
-    found = {}
-    for name, one in known.items():
-        if any(f"{name}.{half}" in given for half in one.parts):
-            found[name] = _pair(f"{room}.{name}", one, given, usual[name])
-        elif name in given:
-            value = given[name]
-            found[name] = tuple(value) if isinstance(value, list) else value
-    return found
-
-
-def _pair(name: str, one: Parameter, given: Mapping[str, Any], usual: Any) -> tuple[float, float]:
-    pair = given.get(one.name, usual)
-    if not isinstance(pair, (list, tuple)) or len(pair) != 2:
-        raise ParameterError(f"`{name}` as a pair", repr(pair), "write [0.5, 0.0]")
-    x, y = (given.get(f"{one.name}.{part}", own) for part, own in zip(one.parts, pair, strict=True))
-    for half in (x, y):
-        check_number(name, half, -math.inf, one.unit)
-    return float(x), float(y)
-
-
 def _changed(robot: Robot, given: Mapping[str, Any], room: str) -> Robot:
-    changes = _chosen(room, BODY, given, {})
+    changes = chosen_values(room, BODY, given, {})
     for part, known in PARTS.items():
         own = {name: given[f"{part}.{name}"] for name in known if f"{part}.{name}" in given}
         if not own:
@@ -248,7 +224,7 @@ def _changed(robot: Robot, given: Mapping[str, Any], room: str) -> Robot:
 
 def _struct(now: Any, room: str, known: Mapping[str, Parameter], given: Mapping[str, Any]) -> Any:
     """A copy of a part of the robot with some values changed, checked like a file."""
-    changes = _chosen(room, known, given, {name: getattr(now, name) for name in known})
+    changes = chosen_values(room, known, given, {name: getattr(now, name) for name in known})
     for name, value in changes.items():
         for one in value if isinstance(value, tuple) else (value,):
             check_number(f"{room}.{name}", one, -math.inf, known[name].unit, endless=True)

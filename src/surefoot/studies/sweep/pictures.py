@@ -26,6 +26,11 @@ from surefoot.studies.engine.pictures import add_box, headline
 from surefoot.studies.engine.study import Measured
 from surefoot.studies.sweep.axes import (
     NOTHING_FAILED,
+    Bin,
+    Column,
+    Quantity,
+    bins,
+    column,
     even_grid,
     limit_values,
     mark_endless,
@@ -33,13 +38,6 @@ from surefoot.studies.sweep.axes import (
     missing_handles,
     name_places,
     place_axis,
-)
-from surefoot.studies.sweep.columns import (
-    Bin,
-    Column,
-    Quantity,
-    bins,
-    column,
     quantity,
     quantity_name,
     wilson,
@@ -271,10 +269,9 @@ def _map(over: Column, up: Column, what: Quantity) -> Figure:
                 fontsize=7.5, color="white" if shade < 0.55 else "#111111", gid=f"word-{x}-{y}",
             )  # fmt: skip
     room = ax.get_position()
-    for which, one, length in (
-        ("x", over, room.width * WIDTH), ("y", up, room.height * MAP_HEIGHT),
-    ):  # fmt: skip
-        name_places(ax, which, np.arange(len(one.values), dtype=float), one.words, length)
+    middles = [np.arange(len(one.values), dtype=float) for one in (over, up)]
+    name_places(ax, "x", middles[0], over.words, room.width * WIDTH)
+    name_places(ax, "y", middles[1], up.words, room.height * MAP_HEIGHT)
     ax.set(xlabel=over.label, ylabel=up.label)
     ax.tick_params(length=0.0)
     _explain_map(figure, what, scale)

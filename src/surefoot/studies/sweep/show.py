@@ -9,7 +9,7 @@ from typing import Any
 from surefoot.studies.engine.cells import without_infinity
 from surefoot.studies.engine.report import Details, Figure, Report, Table, Text, word_table
 from surefoot.studies.engine.study import Measured
-from surefoot.studies.sweep.columns import quantity_name
+from surefoot.studies.sweep.axes import quantity_name
 from surefoot.studies.sweep.measure import RESULTS
 from surefoot.studies.sweep.pictures import sweep_figure
 from surefoot.studies.sweep.question import Sweep

@@ -32,8 +32,10 @@ from surefoot.studies.tune.choice import (
     simplest,
 )
 from surefoot.studies.tune.measure import Score
-from surefoot.studies.tune.parameters import rounded
 from surefoot.studies.tune.question import REFUSED, Tuning
+
+DIGITS = 3
+"""A value that is tried is rounded to these digits: it is to be read and copied."""
 
 RANDOM_TRIALS = 10
 """So many are drawn at random, after the default, before the search learns from them."""
@@ -246,12 +248,13 @@ def search(question: Tuning, measure: Measure) -> list[Tried]:
 
 def _readable(question: Tuning, drawn: Mapping[str, float]) -> dict[str, float]:
     """The values that are tried for those that were drawn: rounded, but for a default."""
-    return {
-        one.name: value
-        if (value := drawn[one.name]) == question.start[one.name]
-        else min(max(rounded(value), one.low), one.high)
-        for one in question.parameters
-    }
+    values = {}
+    for one in question.parameters:
+        value = drawn[one.name]
+        if value != question.start[one.name]:
+            value = min(max(float(f"{value:.{DIGITS}g}"), one.low), one.high)
+        values[one.name] = value
+    return values
 
 
 def _sampler(optuna: Any, seed: int, done: int) -> Any:
