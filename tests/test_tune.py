@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Callable
-from dataclasses import replace
+from collections.abc import Callable, Mapping
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -26,7 +26,7 @@ from surefoot.studies.tune.choice import (
     reasons,
     simplest,
 )
-from surefoot.studies.tune.measure import STEP_WEIGHT, effort_of, score, survived
+from surefoot.studies.tune.measure import STEP_WEIGHT, Score, effort_of, score, survived
 from surefoot.studies.tune.question import (
     REFUSED,
     Tuning,
@@ -309,13 +309,16 @@ def test_a_search_that_goes_on_is_the_search_that_was_not_stopped(
     assert result.as_numbers() == tuned[0].as_numbers()
 
 
-def test_another_seed_searches_elsewhere(question: Tuning, tuned: tuple[Tuned, Path]) -> None:
-    def measure(values: dict[str, float]):
-        return (values["dcm_gain"], 1.0), {}
+def row_of(**known: Any) -> dict[str, Any]:
+    """A row of a search in which all numbers are 1 that are not given."""
+    return {**dict.fromkeys((one.name for one in fields(Score)), 1.0), REFUSED: None, **known}
 
+
+def test_another_seed_searches_elsewhere(question: Tuning, tuned: tuple[Tuned, Path]) -> None:
     some = replace(question, trials=5)
     first, again, other = (
-        [one.values for one in search(replace(some, seed=seed), measure)] for seed in (0, 0, 1)
+        [one.values for one in search(replace(some, seed=seed), lambda _: row_of())]
+        for seed in (0, 0, 1)
     )
     assert first == again == [one.values for one in tuned[0].trials[:5]]
     assert first[0] == other[0] == question.start
@@ -346,14 +349,15 @@ def test_another_question_is_refused_in_the_same_folder(
 def test_values_that_the_controller_refuses_are_a_trial_that_is_not_taken(
     question: Tuning,
 ) -> None:
-    def measure(values: dict[str, float]):
-        if values["dcm_gain"] > 20.0 and values != question.start:
-            return None, {REFUSED: "too large"}
-        return (0.5, 1.0), {"survival": 0.5}
+    def ask(values: Mapping[str, float]) -> dict[str, Any]:
+        refused = values["dcm_gain"] > 20.0 and values != question.start
+        return row_of(**{REFUSED: "too large"} if refused else {})
 
-    found = search(replace(question, trials=20), measure)
+    found = search(replace(question, trials=20), ask)
     assert len(found) == 20
-    assert any(one.objectives is None and REFUSED in one.told for one in found)
+    told = [one.told for one in found if one.objectives is None]
+    assert told
+    assert all(one == {REFUSED: "too large"} for one in told)
     assert choose(found).number == 0
 
 

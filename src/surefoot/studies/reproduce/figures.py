@@ -123,7 +123,11 @@ def draw_fig_5(robot: Robot) -> Figure:
     walk, plan = paper_walk(robot, "fig-5"), paper_walk(robot, "fig-4a")
     part = Extent((0.3, -0.17), (1.0, -0.02))
     title = "DCM tracking with continuous double support, 40 N in +x from 0.5 s for 0.8 s"
-    rings = {"marker": "o", "linestyle": "none", "markeredgecolor": palette.DCM_PLAN}
+    rings: dict[str, Any] = {
+        "marker": "o",
+        "linestyle": "none",
+        "markeredgecolor": palette.DCM_PLAN,
+    }
     figure, axes = _top_views(
         [(title, walk, None), ("enlarged: the rectangle above", walk, part)],
         [

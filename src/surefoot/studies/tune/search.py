@@ -11,7 +11,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass, field, fields
+from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import Any
 
@@ -40,8 +40,8 @@ DIGITS = 3
 RANDOM_TRIALS = 10
 """So many are drawn at random, after the default, before the search learns from them."""
 
-Measure = Callable[[dict[str, float]], tuple[Objectives | None, dict[str, Any]]]
-"""Makes of values their objectives, None if the controller refuses them, and what else is kept."""
+Ask = Callable[[Mapping[str, float]], Row]
+"""Makes of values of the parameters their row on the pushes of the search; see `Tuning.measure`."""
 
 
 @dataclass(frozen=True)
@@ -136,21 +136,27 @@ def tune(question: Tuning, folder: Path, *, report: Progress | None = None) -> T
     # Before the folder is begun, so that nothing is left behind.
     optional_module("optuna", "tuning", "tune")
     asked, defaults = _Asked(OneByOne(question, folder), report), question.start
-    if asked.default.effort <= 0.0:
+    default = asked(defaults)
+    if default["effort"] <= 0.0:
         raise StudyError(
             "a default that answers a small push, to compare with",
             f"{question.method}, which does nothing about {question.impulse:g} N s",
             "choose another controller",
         )
-    trials = search(question, asked.trial)
+
+    def attempt(values: Mapping[str, float]) -> Objectives | None:
+        return _objectives(asked(values), default)
+
+    trials = search(question, asked)
     taken = choose(trials, question.prefer)
-    values = simplest(taken, defaults, trials[0].reached, asked.objectives)
+    values = simplest(taken, defaults, trials[0].reached, attempt)
     scores = {
-        which: {pushes: asked.score(of, pushes) for pushes in question.pushes}
+        which: {pushes: Score(**_numbers(asked(of, pushes))) for pushes in question.pushes}
         for which, of in (("default", defaults), ("tuned", values))
     }
-    why = reasons(values, defaults, asked.objectives)
-    asked.end()
+    why = reasons(values, defaults, attempt)
+    if report is not None:
+        report(asked.done, asked.done)
     return Tuned(
         settings=Settings(question.method, question.settings(values)),
         trials=trials,
@@ -165,61 +171,40 @@ def tune(question: Tuning, folder: Path, *, report: Progress | None = None) -> T
 
 @dataclass
 class _Asked:
-    """The rows of a search, compared with that of the default; how many were asked for."""
+    """The rows of a search, and how many were asked for."""
 
     rows: OneByOne[Tuning]
     report: Progress | None
     done: int = 0
-    default: Score = field(init=False)
 
-    def __post_init__(self) -> None:
+    def __call__(self, values: Mapping[str, float], pushes: str = "seen") -> Row:
         question = self.rows.study
-        # After the trials each parameter is set back, some twice.
-        self.expected = question.trials + 2 * len(question.parameters)
-        self.default = self.score(question.start, "seen")
-
-    def trial(self, values: Mapping[str, float]) -> tuple[Objectives | None, dict[str, Any]]:
-        """The objectives of values, None if the controller refuses them, and what else is known."""
-        row = self._row(values, "seen")
-        if row[REFUSED] is not None:
-            return None, {REFUSED: row[REFUSED]}
-        found = _score(row)
-        return (found.survival, found.gentleness(self.default)), asdict(found)
-
-    def objectives(self, values: Mapping[str, float]) -> Objectives | None:
-        """On the pushes of the search; None if the controller refuses the values."""
-        return self.trial(values)[0]
-
-    def score(self, values: Mapping[str, float], pushes: str) -> Score:
-        """Of values that the controller does not refuse."""
-        return _score(self._row(values, pushes))
-
-    def end(self) -> None:
-        """All is measured, sooner or later than expected."""
-        self.expected = self.done
-        self._report()
-
-    def _row(self, values: Mapping[str, float], pushes: str) -> Row:
-        row = self.rows.row(self.rows.study.cell(values, pushes))
+        row = self.rows.row(question.cell(values, pushes))
         self.done += 1
-        self._report()
+        if self.report is not None:
+            # After the trials each parameter is set back, some twice.
+            expected = question.trials + 2 * len(question.parameters)
+            self.report(self.done, max(self.done, expected))
         return row
 
-    def _report(self) -> None:
-        if self.report is not None:
-            self.report(self.done, max(self.done, self.expected))
+
+def _numbers(row: Row) -> dict[str, float]:
+    """The numbers of a `Score`."""
+    return {one.name: row[one.name] for one in fields(Score)}
 
 
-def _score(row: Row) -> Score:
-    return Score(**{one.name: row[one.name] for one in fields(Score)})
+def _objectives(row: Row, default: Row) -> Objectives | None:
+    """Survival and gentleness; None if the controller refused the values."""
+    refused = row[REFUSED] is not None
+    return None if refused else (row["survival"], row["effort"] / default["effort"])
 
 
-def search(question: Tuning, measure: Measure) -> list[Tried]:
+def search(question: Tuning, ask: Ask) -> list[Tried]:
     """Try values of the parameters: the default, some at random, then what promises most.
 
     Args:
         question: says what is searched, and how often.
-        measure: of the values of one trial.
+        ask: measures the values of one trial.
 
     Raises:
         MissingExtraError: Optuna is not installed.
@@ -231,17 +216,19 @@ def search(question: Tuning, measure: Measure) -> list[Tried]:
         one.name: optuna.distributions.FloatDistribution(one.low, one.high, log=one.log)
         for one in question.parameters
     }
-    found = []
+    # The default is tried first, as it is, whatever its digits.
+    study.enqueue_trial(question.start)
+    found, default = [], None
     for number in range(question.trials):
-        if number == 0:
-            # The default is tried as it is, whatever its digits.
-            study.enqueue_trial(question.start)
         with _quiet():
             study.sampler = _sampler(optuna, question.seed, number)
             trial = study.ask(ranges)
         values = _readable(question, trial.params)
-        reached, told = measure(values)
+        row = ask(values)
+        default = default or row
+        reached = _objectives(row, default)
         study.tell(trial, reached, state=state.FAIL if reached is None else state.COMPLETE)
+        told = {REFUSED: row[REFUSED]} if reached is None else _numbers(row)
         found.append(Tried(number, values, reached, told))
     return found
 
