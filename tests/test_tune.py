@@ -241,11 +241,6 @@ def test_nothing_worse_than_the_default_is_taken(prefer: str) -> None:
     assert choose([DEFAULT, NERVOUS, WEAK, BROKEN, tried(7, 0.6, 1.0)], prefer) is DEFAULT
 
 
-def test_a_preference_that_there_is_not_is_refused() -> None:
-    with pytest.raises(sf.ParameterError, match=r"a preference \(survival"):
-        choose([DEFAULT], "speed")
-
-
 @pytest.mark.parametrize(
     ("attempt", "kept"),
     [
@@ -359,6 +354,20 @@ def test_values_that_the_controller_refuses_are_a_trial_that_is_not_taken(
     assert told
     assert all(one == {REFUSED: "too large"} for one in told)
     assert choose(found).number == 0
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"prefer": "speed"}, r"a preference \(survival, gentleness, balance\)"),
+        ({"trials": 0}, "`trials` of at least 1"),
+        ({"trials": True}, "`trials` of at least 1"),
+        ({"trials": 2.5}, "`trials` of at least 1"),
+    ],
+)
+def test_a_wrong_question_is_refused(change: dict, words: str, question: Tuning) -> None:
+    with pytest.raises(sf.ParameterError, match=words):
+        replace(question, **change)
 
 
 def test_what_the_controller_refuses_is_a_row(question: Tuning) -> None:
@@ -479,3 +488,4 @@ def test_a_wrong_command_is_refused(words: list[str], told: str, tmp_path: Path)
     done = CliRunner().invoke(main, ["tune", "--out", str(tmp_path / "out"), *words])
     assert done.exit_code == 2, done.output
     assert told in done.output
+    assert not (tmp_path / "out").exists()

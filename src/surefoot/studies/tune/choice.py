@@ -85,29 +85,13 @@ def pareto_front(trials: Sequence[Tried]) -> list[Tried]:
     ]
 
 
-def check_preference(prefer: str) -> None:
-    """Refuse a preference that there is not.
-
-    Raises:
-        ParameterError: no such preference.
-    """
-    if prefer not in PREFERENCES:
-        raise ParameterError(
-            f"a preference ({', '.join(PREFERENCES)})", repr(prefer), "choose one of these"
-        )
-
-
 def choose(trials: Sequence[Tried], prefer: str = "survival") -> Tried:
     """The trial to take: on the front, and no worse than the default in either objective.
 
     Args:
         trials: the first is the default.
         prefer: a key of `PREFERENCES`.
-
-    Raises:
-        ParameterError: no such preference.
     """
-    check_preference(prefer)
     able = [one for one in pareto_front(trials) if no_worse(one.reached, trials[0].reached)]
     # Of equals the first: the default, if it is among them.
     return max(able, key=lambda one: PREFERENCES[prefer](one.reached), default=trials[0])

@@ -28,7 +28,7 @@ from surefoot.studies.engine.parameters import (
 )
 from surefoot.studies.engine.pushed_walk import PushCell, PushedWalk, push_cells
 from surefoot.studies.engine.study import Study, installed_version
-from surefoot.studies.tune.choice import check_preference
+from surefoot.studies.tune.choice import PREFERENCES
 from surefoot.studies.tune.measure import Pushed, Score, score
 
 SMALL_SHARE = 0.1
@@ -71,7 +71,7 @@ class Tuning(Study):
         step: of the scan over the impulse, a share of the smallest limit [-].
         seed: of the search.
         trials: how many are tried, with those that are there already.
-        prefer: what to take of the front: "survival", "gentleness" or "balance".
+        prefer: what to take of the front, a key of `choice.PREFERENCES`.
         threads: all cores if None; their number changes nothing.
 
     Raises:
@@ -100,7 +100,10 @@ class Tuning(Study):
         trials: Any = self.trials
         if isinstance(trials, bool) or not isinstance(trials, int) or trials < 1:
             raise ParameterError("`trials` of at least 1", repr(trials), "100 is usual")
-        check_preference(self.prefer)
+        if self.prefer not in PREFERENCES:
+            raise ParameterError(
+                f"a preference ({', '.join(PREFERENCES)})", repr(self.prefer), "choose one of these"
+            )
         # A robot that the method cannot control is refused now, not in a trial.
         _ = self.parameters, self.defaults
         self.walk.check_leg()
