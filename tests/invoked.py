@@ -8,7 +8,7 @@ from surefoot.cli import main
 
 
 def run(*arguments: str) -> Result:
-    """`surefoot` with these arguments; an error that it does not tell itself fails the test."""
+    """`surefoot` with these arguments; an error that it does not report itself fails the test."""
     result = CliRunner().invoke(main, list(arguments))
     assert not isinstance(result.exception, Exception), result.exception
     return result

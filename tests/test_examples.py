@@ -54,7 +54,7 @@ def walk_and_push(printed: str) -> None:
 
 
 def step_problem(printed: str) -> None:
-    before, after = printed.split("shoved")
+    before, after = printed.split("disturbed")
     robot = sf.load_robot("paper-biped")
     gait = sf.nominal_gait(robot, (0.5, 0.0))
     nominal = (
