@@ -136,8 +136,8 @@ def tune(question: Tuning, folder: Path, *, report: Progress | None = None) -> T
     # Before the folder is begun, so that nothing is left behind.
     optional_module("optuna", "tuning", "tune")
     asked, defaults = _Asked(OneByOne(question, folder), report), question.start
-    default = asked(defaults)
-    if default["effort"] <= 0.0:
+    default = _score(asked(defaults))
+    if default.effort <= 0.0:
         raise StudyError(
             "a default that answers a small push, to compare with",
             f"{question.method}, which does nothing about {question.impulse:g} N s",
@@ -151,7 +151,7 @@ def tune(question: Tuning, folder: Path, *, report: Progress | None = None) -> T
     taken = choose(trials, question.prefer)
     values = simplest(taken, defaults, trials[0].reached, attempt)
     scores = {
-        which: {pushes: Score(**_numbers(asked(of, pushes))) for pushes in question.pushes}
+        which: {pushes: _score(asked(of, pushes)) for pushes in question.pushes}
         for which, of in (("default", defaults), ("tuned", values))
     }
     why = reasons(values, defaults, attempt)
@@ -188,15 +188,16 @@ class _Asked:
         return row
 
 
-def _numbers(row: Row) -> dict[str, float]:
-    """The numbers of a `Score`."""
-    return {one.name: row[one.name] for one in fields(Score)}
+def _score(row: Row) -> Score:
+    return Score(**{one.name: row[one.name] for one in fields(Score)})
 
 
-def _objectives(row: Row, default: Row) -> Objectives | None:
+def _objectives(row: Row, default: Score) -> Objectives | None:
     """Survival and gentleness; None if the controller refused the values."""
-    refused = row[REFUSED] is not None
-    return None if refused else (row["survival"], row["effort"] / default["effort"])
+    if row[REFUSED] is not None:
+        return None
+    found = _score(row)
+    return found.survival, found.gentleness(default)
 
 
 def search(question: Tuning, ask: Ask) -> list[Tried]:
@@ -225,10 +226,10 @@ def search(question: Tuning, ask: Ask) -> list[Tried]:
             trial = study.ask(ranges)
         values = _readable(question, trial.params)
         row = ask(values)
-        default = default or row
+        default = default or _score(row)
         reached = _objectives(row, default)
         study.tell(trial, reached, state=state.FAIL if reached is None else state.COMPLETE)
-        told = {REFUSED: row[REFUSED]} if reached is None else _numbers(row)
+        told = {REFUSED: row[REFUSED]} if reached is None else asdict(_score(row))
         found.append(Tried(number, values, reached, told))
     return found
 
