@@ -61,13 +61,15 @@ def limits(
         times = push_phases(body, velocity, phases)
         pushes = push_limits_summary(bodies, times, velocity, durations)
     if check:
-        from surefoot.dcm.limit_grid import largest_causal_disagreement, largest_disagreement
-
-        known, causal = (
-            disagreement(bodies, times, velocity=velocity, duration=durations[0]).as_numbers()
-            for disagreement in (largest_disagreement, largest_causal_disagreement)
+        from surefoot.dcm.limit_grid import (
+            axis_pushes,
+            largest_causal_disagreement,
+            largest_disagreement,
         )
-        pushes["check"] = {**known, "causal": causal}
+
+        again = axis_pushes(bodies, times, velocity, durations[0])
+        causal = largest_causal_disagreement(again)
+        pushes["check"] = {**largest_disagreement(again), "causal": causal}
     numbers = {**limits_summary(body), "push_limit": pushes}
     if as_json:
         print_json(numbers)

@@ -8,9 +8,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from surefoot.dcm.frame_turn import rotated
 from surefoot.dcm.nominal_gait import NominalGait
 from surefoot.dcm.pushes import Push
+from surefoot.geometry import rotated
 from surefoot.interface import Status
 from surefoot.robot.feet import Footstep
 from surefoot.robot.robot import Robot

@@ -14,9 +14,9 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Polygon, Wedge
 from numpy.typing import NDArray
 
-from surefoot.robot.feet import Side
+from surefoot.robot.feet import FEET, Side
 from surefoot.robot.legs import NominalPose
-from surefoot.robot.multibody import SIDES, Multibody
+from surefoot.robot.multibody import Multibody
 from surefoot.show import palette
 from surefoot.show.off_screen import OffScreen, lighten, shown_groups, shown_shapes
 from surefoot.show.picture_file import HALO, write_picture
@@ -126,7 +126,7 @@ def _draw_elevation(
     data = mechanism.data()
     base = data.xpos[mechanism.base]
     _draw_frame(axis, base, data.xmat[mechanism.base].reshape(3, 3), _BASE_ARROW, plane)
-    feet = zip(SIDES, pose.soles, pose.axes, strict=True)
+    feet = zip(FEET, pose.soles, pose.axes, strict=True)
     for side, sole, axes in feet if plane == FRONT else [tuple(feet)[1]]:
         _draw_frame(axis, sole, axes, _SOLE_ARROW, plane)
         _label(
@@ -198,7 +198,7 @@ def _draw_from_above(axis: Axes, mechanism: Multibody, pose: NominalPose) -> Non
     axis.set_ylabel("y [m]")
     axis.set_aspect("equal")
     half = np.array(mechanism.robot.foot.half)
-    for side, sole, axes, shape in zip(SIDES, pose.soles, pose.axes, pose.foot_shapes, strict=True):
+    for side, sole, axes, shape in zip(FEET, pose.soles, pose.axes, pose.foot_shapes, strict=True):
         colour = Side[side.upper()]
         turn = axes[:2, :2]
         if len(shape):

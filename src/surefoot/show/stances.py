@@ -10,11 +10,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from surefoot.dcm.frame_turn import rotated
 from surefoot.dcm.nominal_gait import NominalGait, nominal_gait
 from surefoot.dcm.pushes import Push
 from surefoot.errors import SurefootError
-from surefoot.geometry import wrapped
+from surefoot.geometry import rotated, wrapped
 from surefoot.interface import Mode
 from surefoot.robot.feet import Side
 from surefoot.robot.robot import Foot

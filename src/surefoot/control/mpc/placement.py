@@ -86,7 +86,7 @@ class FootPlacementMpc(RecedingHorizon):
         """The `MPC` record with free steps, at the times of the gait."""
         parameters, own = super().make_parameters(), viable_displacement(self.robot)
         parameters["steps"] = steps_ahead(self.gait, filled(self.sample), self.samples)
-        parameters["worth"] = evenly_timed(self.robot, self.gait.step_duration)
+        parameters["worth"] = evenly_timed(self.robot, (self.gait.step_duration,))[0]
         parameters["low"], parameters["spacing"] = own.low, own.spacing
         return parameters
 
