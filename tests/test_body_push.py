@@ -13,7 +13,7 @@ from click.testing import CliRunner
 import surefoot as sf
 from killed_studies import kill_when_kept, without_time
 from surefoot.cli import main
-from surefoot.control.unified.fixed_landing import fixed_place, fixed_timing, with_fixed_place
+from surefoot.control.unified.controller import fixed_place, fixed_timing, with_fixed_place
 from surefoot.dcm.nominal_gait import nominal_gait
 from surefoot.dcm.pushes import DIRECTIONS
 from surefoot.robot.feet import Side

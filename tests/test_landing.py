@@ -17,13 +17,12 @@ import quadprog
 from numpy.typing import NDArray
 
 import surefoot as sf
-from surefoot.compiled import entry_point, njit
+from surefoot.compiled import njit, record_entry_point
 from surefoot.control.unified.anticipation import anticipate
 from surefoot.control.unified.problem import (
-    DECISION,
-    LANDING,
-    SITUATION,
     Decision,
+    LandingParameters,
+    Situation,
     landing_parameters,
 )
 from surefoot.control.unified.solver import TAU_EVALUATIONS, decide_landing
@@ -88,7 +87,7 @@ def solve_by_programs(parameters: np.ndarray, situation: np.ndarray) -> tuple[np
         pieces |= {piece for i in range(2) for piece in pieces_near(p, i, place[i])}
         together = Program(list(program.rows), list(program.high))
         for piece in sorted(pieces):
-            tangent_of_worth(together, p, s, shrink, *piece)
+            tangent_of_saved(together, p, s, shrink, *piece)
         tangents = len(together.rows)
         for i in range(2):
             tangent_of_reach(together, p, s, omega, i, tau)
@@ -124,17 +123,17 @@ def tangent_of_reach(program, p, s, omega, axis, tau):
 
 def pieces_near(p, axis, place):
     """The pieces of Z around a place, for both sides."""
-    last = p["worth"].shape[2] - 2
+    last = p["saved"].shape[2] - 2
     cell = int((place - p["step_min"][axis]) / p["spacing"][axis])
     for node in (cell - 1, cell, cell + 1):
         for k in range(2):
             yield axis, k, min(max(node, 0), last)
 
 
-def tangent_of_worth(program, p, s, shrink, axis, k, node):
+def tangent_of_saved(program, p, s, shrink, axis, k, node):
     """v of one side with one piece of Z, as a lower bound on both of its variables."""
     spacing, start = float(p["spacing"][axis]), float(p["step_min"][axis])
-    table = p["worth"][axis, k]
+    table = p["saved"][axis, k]
     sign = 1.0 - 2.0 * k
     reach = float(p["zmp_reach"][axis])
     slope = (table[node + 1] - table[node]) / spacing
@@ -183,14 +182,14 @@ def cost(parameters: np.ndarray, situation: np.ndarray, place: np.ndarray, tau: 
 def axis_cost(p: np.void, s: np.void, i: int, place, tau: float):
     """The part of one axis, of a place or of many."""
     k = tau * math.exp(-float(p["omega"]) * float(s["elapsed"]))
-    nodes = p["step_min"][i] + p["spacing"][i] * np.arange(p["worth"].shape[2])
+    nodes = p["step_min"][i] + p["spacing"][i] * np.arange(p["saved"].shape[2])
     error = np.abs(s["offset"][i] * k - s["offset_ref"][i] - place)
     error = error - p["gentle_zmp"][i] * (k - 1.0) - p["gentle_offset"][i]
     total = 0.5 * p["step_weight"][i] * (place - s["step_ref"][i]) ** 2
     total = total + 0.5 * p["offset_weight"][i] * np.maximum(error, 0.0) ** 2
     for row, sign in enumerate((1.0, -1.0)):
         v = (sign * s["rate"][i, row] - p["zmp_reach"][i]) * k + sign * s["shift"][i, row]
-        v = v - sign * place - np.interp(place, nodes, p["worth"][i, row])
+        v = v - sign * place - np.interp(place, nodes, p["saved"][i, row])
         total = total + 0.5 * p["lost_weight"] * np.maximum(v, 0.0) ** 2
         total = total + 0.5 * p["reserve_weight"] * np.maximum(v + p["reserve"][i], 0.0) ** 2
         spare = (p["zmp_reach"][i] - p["gentle_zmp"][i]) * (k - 1.0)
@@ -209,13 +208,13 @@ def random_parameters(robot: Robot, rng: np.random.Generator) -> np.ndarray:
         robot, tuple(reach), tuple(gentle), tuple(left),
         room=float(rng.uniform(0.05, 0.3)), tau_ref=float(rng.uniform(3.0, 10.0)),
         reserve=0.02, commitment=float(rng.choice((0.0, 0.003))),
-    )  # fmt: skip
+    ).array  # fmt: skip
 
 
 def random_situation(parameters: np.ndarray, rng: np.random.Generator) -> np.ndarray:
     """A situation from quiet to hopeless, in which the leg can be in the step box."""
     p = parameters[0]
-    situation = new_array(SITUATION)
+    situation = new_array(Situation.DTYPE)
     s = situation[0]
     omega = float(p["omega"])
     elapsed = float(rng.uniform(0.0, 0.7))
@@ -263,13 +262,16 @@ AGREEMENT, ROUNDING = 1e-7, 1e-14
 
 @njit
 def _solve(landing, situation, decision):
-    decide_landing(landing[0], situation[0], situation[0].tau_ref, decision[0])
+    decide_landing(landing, situation, situation.tau_ref, decision)
+
+
+SOLVE = record_entry_point(_solve, LandingParameters, Situation, Decision)
 
 
 def solve_landing(landing: NDArray[np.void], situation: NDArray[np.void]) -> Decision:
     """The decision for one situation; ZMP and margin are not its part."""
-    decision = new_array(DECISION)
-    entry_point(_solve, LANDING, SITUATION, DECISION)(landing, situation, decision)
+    decision = new_array(Decision.DTYPE)
+    SOLVE(landing, situation, decision)
     return Decision.of(decision)
 
 

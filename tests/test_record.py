@@ -49,6 +49,12 @@ class Walk(Record):
     table: Array = field("m", "heights", shape=(2, 3), default=0.0)
 
 
+class Marked(Landing):
+    """One with a mark."""
+
+    mark: int = field("", "which it is", default=3)
+
+
 LANDING = [("time", "f8"), ("offset", "f8", (2,)), ("adapted", "?")]
 
 
@@ -58,6 +64,9 @@ def walk() -> Walk:
 
 def test_the_lines_make_the_dtype_that_kernels_see() -> None:
     assert np.dtype(LANDING) == Landing.DTYPE
+    # Its own fields first: Numba takes a record that another one begins with for the same.
+    assert np.dtype([("mark", "i8"), *LANDING]) == Marked.DTYPE
+    assert Marked(time=1.0).mark == 3
     assert (
         np.dtype(
             [

@@ -221,7 +221,7 @@ def test_a_picture_needs_a_place_and_opengl(
     def refuse(*_: object) -> None:
         raise ImportError("no EGL here")
 
-    monkeypatch.setattr("surefoot.show.off_screen._gl_context", lambda: refuse)
+    monkeypatch.setattr("surefoot.show.scene._gl_context", lambda: refuse)
     mechanism = load_multibody(sf.load_robot("paper-biped"))
     with pytest.raises(DisplayError, match=r"ImportError: no EGL here; install Mesa .*MUJOCO_GL"):
         draw_robot(mechanism, measure_pose(mechanism), tmp_path / "a.png")

@@ -44,7 +44,7 @@ class Status(IntFlag):
     """The ZMP that tracking asks for lies outside the foot and was projected into it."""
     HELD = 32
     """Some of the observation cannot be true: first the last safe command stands, then the method
-    decides on what its model predicts instead. The landing is relative to the foot believed in."""
+    decides on what its model predicts instead. The landing is relative to the foot that carries."""
     NOT_CONVERGED = 64
     """A numerical solver gave no answer in time: see the controller for what it does instead."""
 
@@ -72,7 +72,7 @@ class Observation(Record):
 
 
 class Command(Record):
-    """What a controller wants of the robot until the next cycle."""
+    """What a controller demands of the robot until the next cycle."""
 
     zmp: Vector2 = field("m", "where the ground should push (x, y)")
     dcm_plan: Vector2 = field("m", "DCM of the planned, periodic gait now (x, y)")

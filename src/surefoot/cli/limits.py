@@ -4,16 +4,22 @@ from __future__ import annotations
 
 import click
 
-from surefoot.options import compiling_notice, json_option, print_json, robot_option
+from surefoot.options import (
+    compiling_notice,
+    json_option,
+    number_option,
+    print_json,
+    robot_option,
+    velocity_option,
+)
 
 
 @click.command()
 @robot_option
-@click.option(
-    "--velocity", nargs=2, type=float, metavar="VX VY",
-    help="Of the walk that is pushed [m/s]; 0.5 forward if left out, or what it can.",
-)  # fmt: skip
-@click.option("--hip", type=float, metavar="M", help="Another hip width [m]; the robot's own.")
+@velocity_option(
+    "Of the walk that is pushed [m/s]; 0.5 forward if left out, or what it can.", default=None
+)
+@number_option("--hip", "M", "Another hip width [m]; the robot's own.")
 @click.option(
     "--push-duration", "durations", type=float, multiple=True, default=(0.2,), show_default=True,
     metavar="S", help="How long the push lasts [s]; may be repeated.",

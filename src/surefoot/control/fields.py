@@ -8,6 +8,7 @@ from __future__ import annotations
 import inspect
 import math
 import textwrap
+from collections.abc import Callable
 from dataclasses import MISSING, dataclass, field, fields, is_dataclass
 from typing import Any, TypeVar
 
@@ -34,6 +35,8 @@ class Setting:
         is_weight: whether it is a weight of the cost that is minimised.
         search: interval in which `surefoot tune` searches it; for a pair, one for each component
             or None [unit].
+        own: what a controller that was given None uses, of robot, gait and period [unit].
+        check: refuses a controller for its value, for more than being too small.
     """
 
     unit: str
@@ -43,6 +46,8 @@ class Setting:
     endless: bool = False
     is_weight: bool = False
     search: Interval | tuple[Interval | None, Interval | None] | None = None
+    own: Callable[[Any], float] | None = None
+    check: Callable[[Any], None] | None = None
 
 
 def setting(
@@ -50,33 +55,31 @@ def setting(
     unit: str,
     words: str,
     *,
-    least: float | None = None,
     above: float | None = None,
-    endless: bool = False,
-    is_weight: bool = False,
-    search: Interval | tuple[Interval | None, Interval | None] | None = None,
     kw_only: bool | None = None,
+    **about: Any,
 ) -> Any:
     """A field of a controller that can be set.
 
     Args:
-        default: its value; None if the controller finds its own, see `fill_in`.
+        default: its value; None if the controller finds its own, see `own` of `Setting`.
         unit: "" for what is no number.
         words: what it is, and what it is if None.
-        least: smallest value that is allowed.
         above: instead of `least`, the largest value that is not allowed.
-        endless: whether infinity is allowed.
-        is_weight: whether it is a weight of the cost that is minimised.
-        search: interval in which `surefoot tune` searches it; for a pair, one for each component
-            or None.
         kw_only: whether it is given by its name only; as the class says if None.
+        **about: what else `Setting` says of it, as needed.
     """
-    declared = Setting(
-        unit, words, least if above is None else above, above is not None, endless, is_weight,
-        search,
-    )  # fmt: skip
+    if above is not None:
+        about |= {"least": above, "excluded": True}
     by_name: Any = MISSING if kw_only is None else kw_only
-    return field(default=default, metadata={"setting": declared}, kw_only=by_name)
+    known = Setting(unit, words, **about)
+    return field(default=default, metadata={"setting": known}, kw_only=by_name)
+
+
+def weight(default: Any, unit: str, words: str, **about: Any) -> Any:
+    """A setting that is a weight of the cost that is minimised; 0 and more, if not `above` 0."""
+    least = {} if "above" in about else {"least": 0.0}
+    return setting(default, unit, words, is_weight=True, **least, **about)
 
 
 def described(words: str, unit: str = "") -> dict[str, Setting]:
@@ -97,7 +100,7 @@ def check_fields(controller: Any) -> None:
     """Refuse a setting outside its range, and weights of one cost too far from each other.
 
     Raises:
-        ParameterError: a setting is refused.
+        SurefootError: a setting is refused.
     """
     weights = {}
     for of in fields(controller):
@@ -114,6 +117,8 @@ def check_fields(controller: Any) -> None:
             )  # fmt: skip
         if known.is_weight:
             weights[of.name] = value
+        if known.check is not None:
+            known.check(controller)
     check_weights(**weights)
 
 
@@ -163,14 +168,16 @@ class Own(float):
     """
 
 
-def fill_in(controller: Any, **values: float) -> None:
-    """Give these values to the parameters that were left out."""
+def fill_in(controller: Any) -> None:
+    """Give the parameters that were left out the values that follow from robot, gait and period."""
+    known = [(of.name, of.metadata.get("setting")) for of in fields(controller)]
+    values = {name: it.own(controller) for name, it in known if it and it.own is not None}
     for name, value in values.items():
-        known = getattr(controller, name)
-        if known is None or isinstance(known, Own):
+        given = getattr(controller, name)
+        if given is None or isinstance(given, Own):
             object.__setattr__(controller, name, Own(value))
 
 
 def filled(value: float | None) -> float:
-    """A parameter that `fill_in` has seen to."""
+    """A parameter after `fill_in`."""
     return math.nan if value is None else value

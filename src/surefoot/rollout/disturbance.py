@@ -18,7 +18,7 @@ import numpy as np
 
 from surefoot.checks import check_number, check_pair, check_seed
 from surefoot.compiled import njit
-from surefoot.control.estimator import MOST_CYCLES
+from surefoot.control.estimator import MAX_CYCLES
 
 SENSOR_ERRORS = np.dtype(
     [
@@ -35,8 +35,8 @@ natural frequency that makes a DCM of a velocity, the one the controller believe
 
 DELAY_LINE = np.dtype(
     [
-        ("com", "f8", (MOST_CYCLES, 2)),
-        ("com_velocity", "f8", (MOST_CYCLES, 2)),
+        ("com", "f8", (MAX_CYCLES, 2)),
+        ("com_velocity", "f8", (MAX_CYCLES, 2)),
         ("count", "i8"),
     ],
 )
@@ -180,11 +180,11 @@ def disturb(errors, world, line, measured):
 @njit
 def _wait(delay, line, measured):
     """Put CoM and velocity into the line, and take out those of `delay` cycles ago."""
-    new = line.count % MOST_CYCLES
+    new = line.count % MAX_CYCLES
     for i in range(2):
         line.com[new, i] = measured.com[i]
         line.com_velocity[new, i] = measured.com_velocity[i]
-    old = max(line.count - delay, 0) % MOST_CYCLES
+    old = max(line.count - delay, 0) % MAX_CYCLES
     for i in range(2):
         measured.com[i] = line.com[old, i]
         measured.com_velocity[i] = line.com_velocity[old, i]

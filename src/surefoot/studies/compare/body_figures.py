@@ -12,7 +12,7 @@ from matplotlib.lines import Line2D
 from surefoot.dcm.pushes import DIRECTIONS
 from surefoot.robot.feet import FEET
 from surefoot.show import palette
-from surefoot.show.method_marks import Mark, mark
+from surefoot.show.palette import Mark, mark
 from surefoot.show.picture_file import marker_path
 from surefoot.studies.compare.body_question import BodyPushes, BodyWalks
 from surefoot.studies.engine.cells import Row

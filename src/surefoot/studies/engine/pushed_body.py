@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from functools import lru_cache
 
 from surefoot.control.registry import find_method
-from surefoot.control.unified.fixed_landing import fixed_place, fixed_timing
+from surefoot.control.unified.controller import fixed_place, fixed_timing
 from surefoot.dcm.pushes import DIRECTIONS, Push, push_direction
 from surefoot.errors import ParameterError
 from surefoot.interface import Controller

@@ -17,10 +17,12 @@ from matplotlib.patches import Ellipse, Patch, Rectangle
 from surefoot.robot.robot import Robot
 from surefoot.rollout.rollout import Rollout
 from surefoot.show import palette
-from surefoot.show.ground import LINE, Extent, label_places
-from surefoot.show.stances import Stance, broken, stances
+from surefoot.show.page import LINE, Extent
+from surefoot.show.plotted_walk import PlottedWalk
+from surefoot.show.stances import Stance, broken
 from surefoot.show.time_plots import Panel, draw_time_plots, panels
 from surefoot.show.top_view import draw_top_view, extent
+from surefoot.show.walk_events import label_places
 from surefoot.show.walk_figure import legend_entries
 from surefoot.studies.engine.pictures import add_box, headline
 from surefoot.studies.reproduce.walks import paper_walk
@@ -54,7 +56,7 @@ def _top_views(views: Sequence[View], extra: Sequence[Artist] = ()) -> tuple[Fig
     """Walks from above, below each other; `extra` entries of the legend."""
     boxes, down = [], 0.0
     for _, walk, part in views:
-        shown = part or extent(walk, stances(walk))
+        shown = part or extent(PlottedWalk(walk))
         height = _ROOM * shown.size[1] / shown.size[0]
         lines = [] if part else [line for *_, line in label_places(walk, shown, _ROOM)]
         words = LINE * (max(lines, default=-1) + 1)
@@ -63,7 +65,7 @@ def _top_views(views: Sequence[View], extra: Sequence[Artist] = ()) -> tuple[Fig
     figure, axes = _with_legend(down, [*_entries(views[0][1], _IN_TIME), *extra]), []
     for (title, walk, part), (shown, top, height, words) in zip(views, boxes, strict=True):
         ax = add_box(figure, _LEFT, top, _ROOM, height)
-        draw_top_view(ax, walk, stances(walk), shown, labelled=part is None)
+        draw_top_view(ax, PlottedWalk(walk), shown, labelled=part is None)
         ax.set_title(title, loc="left", fontsize=9.5, fontweight="bold", pad=6.0 + 72.0 * words)
         axes.append(ax)
     return figure, axes
@@ -80,7 +82,7 @@ def _time_plots(
         for panel in some:
             axes.append(add_box(figure, _LEFT, top, _ROOM, panel.height))
             top += panel.height + _GAP
-        draw_time_plots(axes, walk, stances(walk), some)
+        draw_time_plots(axes, PlottedWalk(walk), some)
         top += _FOOT
     headline(figure, title, left=_LEFT, down=0.12, size=9.5)
     return figure
@@ -99,7 +101,7 @@ def _with_legend(height: float, entries: Sequence[Artist]) -> Figure:
 
 def _entries(walk: Rollout, without: tuple[str, ...]) -> list[Artist]:
     """The legend of a walk, without entries that begin so."""
-    found = legend_entries(walk, stances(walk))
+    found = legend_entries(PlottedWalk(walk))
     return [one for one in found if not str(one.get_label()).startswith(without)]
 
 
@@ -211,7 +213,8 @@ def draw_fig_12(robot: Robot) -> Figure:
     walk = paper_walk(robot, "fig-11")
     dots = {"linewidth": 0.9, "linestyle": palette.DOTS}
 
-    def draw(ax: Axes, rollout: Rollout, _: list[Stance]) -> None:
+    def draw(ax: Axes, plotted: PlottedWalk) -> None:
+        rollout = plotted.rollout
         axis = "xy".index(str(ax.get_gid()))
         ax.axhline(rollout.velocity[axis], color=palette.QUIET, **dots)
         ax.plot(rollout.time, rollout.com_velocity[:, axis], color=palette.COM, linewidth=1.3)
@@ -242,8 +245,9 @@ def draw_adaptation(name: str, figure: str, robot: Robot) -> Figure:
     return _time_plots(title, [(walk, some)], entries)
 
 
-def _draw_decided(index: int, ax: Axes, rollout: Rollout, parts: list[Stance]) -> None:
+def _draw_decided(index: int, ax: Axes, walk: PlottedWalk) -> None:
     """One of the decisions: T, X, Y + s hip, tau, d_x, d_y."""
+    rollout, parts = walk.rollout, walk.parts
     commands, time = rollout.commands, broken(rollout.time, parts)
     duration, step = commands["step_duration"], commands["step_location"] - rollout.support_foot
     tau = np.exp(rollout.robot.omega * duration)
@@ -304,7 +308,8 @@ def draw_decision_time(robot: Robot) -> Figure:
     return _time_plots(title, walks, entries)
 
 
-def _draw_decision_time(ax: Axes, rollout: Rollout, _: list[Stance]) -> None:
+def _draw_decision_time(ax: Axes, walk: PlottedWalk) -> None:
+    rollout = walk.rollout
     micros, deciding = 1e6 * rollout.decision_time, rollout.adapting
     for chosen, colour in ((~deciding, palette.COM), (deciding, palette.ADAPTED)):
         ax.semilogy(rollout.time[chosen], micros[chosen], ".", color=colour, markersize=2.0)

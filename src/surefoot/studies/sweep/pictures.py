@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from surefoot.checks import check_writable
 from surefoot.show import palette
-from surefoot.show.method_marks import mark
+from surefoot.show.palette import mark
 from surefoot.show.picture_file import FORMATS, HALO, marker_path, write_picture
 from surefoot.studies.engine.pictures import add_box, headline
 from surefoot.studies.engine.study import Measured
