@@ -15,7 +15,7 @@ import pytest
 
 import surefoot as sf
 from killed_studies import kill_when_kept, shards
-from surefoot.studies.engine.study import Study, run
+from surefoot.studies.engine.study import OneByOne, Study, run
 from surefoot.studies.engine.table import Shards
 
 
@@ -91,6 +91,22 @@ def test_rows_stand_in_order_and_nothing_is_measured_twice(
     again = run(replace(study, numbers=(2, 5)), tmp_path / "out", workers=1)
     assert [row["square"] for row in again.rows] == [4, 25]
     assert measured(robot) == [1, 2, 4, 5]
+
+
+def test_cells_one_by_one_have_the_same_rows_in_the_same_folder(
+    robot: sf.Robot, tmp_path: Path
+) -> None:
+    study, out = Squares(robot), tmp_path / "out"
+    rows = OneByOne(study, out)
+    assert [rows.row(Cell(number))["square"] for number in (4, 1, 4)] == [16, 1, 16]
+    # What was asked for is on disk at once, and found there by whoever goes on.
+    assert run(study, out, workers=1).rows == [OneByOne(study, out).row(Cell(n)) for n in (1, 2, 4)]
+    assert measured(robot) == [1, 2, 4]
+    found = rows.finished()
+    assert [row["number"] for row in found.rows] == [4, 1]
+    assert polars.read_parquet(out / "squares.parquet").to_dicts() == found.rows
+    with pytest.raises(sf.RobotError, match="no multiple of three"):
+        rows.row(Cell(3))
 
 
 def test_a_table_says_where_it_is_from(robot: sf.Robot, tmp_path: Path) -> None:

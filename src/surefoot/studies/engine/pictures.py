@@ -49,6 +49,11 @@ def panel(figure: Figure, *box: float, **options: Any) -> Any:
     return figure.add_axes((left / width, bottom / height, across / width, up / height), **options)
 
 
+def add_box(figure: Figure, left: float, down: float, width: float, height: float) -> Axes:
+    """Axes in a box: `left` and `down` from the upper left corner of the figure [in]."""
+    return panel(figure, left, figure.get_figheight() - down - height, width, height)
+
+
 def without_frame(ax: Axes) -> None:
     """Leave out the ticks and lines around what needs no axis."""
     ax.tick_params(length=0.0)
