@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import surefoot as sf
-from surefoot.dcm.frame_turn import rotated
+from surefoot.geometry import rotated
 from surefoot.record import new_array
 from surefoot.robot.multibody import Multibody
 from surefoot.worlds.body.controller import BodyControl

@@ -11,7 +11,7 @@ import pytest
 
 import body_motion as motions
 import surefoot as sf
-from surefoot.geometry import rotated_by, rotation_matrix, turned, turned_in_world
+from surefoot.geometry import rotate, rotate_in_world, rotated_by, rotation_matrix
 from surefoot.robot.leg_kinematics import SOLES, find_soles, leg_links
 from surefoot.robot.multibody import Multibody
 from surefoot.worlds.body.base_filter import ERRORS, FEET, POSITION, VELOCITY
@@ -67,7 +67,7 @@ def test_quaternions_turn_as_mujocos_do() -> None:
         angle = float(np.linalg.norm(rotation))
         axis = rotation / angle
         mujoco.mju_axisAngle2Quat(turn, axis, angle)
-        for ours, order in ((turned, (q, turn)), (turned_in_world, (turn, q))):
+        for ours, order in ((rotate, (q, turn)), (rotate_in_world, (turn, q))):
             out = np.empty(4)
             ours(q, rotation, out)
             mujoco.mju_mulQuat(expected, *order)
@@ -180,7 +180,7 @@ def turned_world(memory: BodyMemory, yaw: float, shift: tuple[float, float]) -> 
     base = memory.base.copy()
     c, s = math.cos(yaw), math.sin(yaw)
     R = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-    turned_in_world(base["orientation"][0], np.array([0.0, 0.0, yaw]), base["orientation"][0])
+    rotate_in_world(base["orientation"][0], np.array([0.0, 0.0, yaw]), base["orientation"][0])
     base["velocity"][0] = R @ base["velocity"][0]
     base["position"][0] = R @ base["position"][0] + (*shift, 0.0)
     base["feet"][0] = base["feet"][0] @ R.T + (*shift, 0.0)

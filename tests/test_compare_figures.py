@@ -15,7 +15,7 @@ from figure_artists import assert_words_stand_apart, drawn, line
 from push_comparison import METHODS, comparison, measured_rows
 from surefoot.errors import ParameterError
 from surefoot.show import palette
-from surefoot.show.method_marks import mark
+from surefoot.show.palette import mark
 from surefoot.studies.compare.fraction_figure import fraction_figure
 from surefoot.studies.compare.polar_figure import polar_figure
 from surefoot.studies.compare.question import Comparison

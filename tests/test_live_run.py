@@ -97,6 +97,7 @@ def test_directions_are_the_robots_own(
     story += said(run, 1.5)
     assert f"Pushed {impulse:.0f} N s {towards} (" in story[0]
     assert any(f"m further {further}" in words for words in story)
+    assert f"Pushed {impulse:.0f} N s {towards} (" in scenes_of(run.rollout()).sentences[-1]
 
 
 def test_a_ghost_is_pushed_too_and_its_fall_is_told() -> None:
@@ -117,8 +118,9 @@ def test_a_fall_is_told_with_its_reason_and_a_reset_walks_again() -> None:
     run.push(FORWARD, 40.0)
     story = said(run, 3.0)
     assert run.walk.fallen
-    assert "It fell. " in story[-1]
-    assert "Its controller did not move its steps." in story[-1]
+    for words in (story[-1], scenes_of(run.rollout()).sentences[-1]):
+        assert "It fell. Fell forward at" in words
+        assert "Its controller did not move its steps." in words
     time = run.walk.time
     run.push(FORWARD, 40.0)
     run.advance(1.0)
@@ -126,7 +128,7 @@ def test_a_fall_is_told_with_its_reason_and_a_reset_walks_again() -> None:
     run.reset()
     run.advance(1.0)
     assert run.sentence() == WALKING
-    assert run.casts == 2
+    assert run.generation == 2
     assert run.walk.rollout().pushes == ()
 
 

@@ -18,8 +18,7 @@ from surefoot.control.mpc.horizon import (
     placed_feet,
     velocity_response,
 )
-from surefoot.dcm.pendulum import com_flow
-from surefoot.dcm.trunk import trunk_flow
+from surefoot.dcm.pendulum import com_flow, trunk_flow
 
 ROBOT = sf.load_robot("paper-biped").replace(mass=70.0)
 OMEGA = ROBOT.omega

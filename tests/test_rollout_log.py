@@ -29,7 +29,6 @@ from surefoot.cli import main
 from surefoot.geometry import quaternions, rotation_matrix
 from surefoot.rollout import mcap_log as rollout_log
 from surefoot.rollout.ros_messages import DEFINITIONS, definition, full_name, push_forces
-from surefoot.show.body_summary import print_body
 from surefoot.show.summary import print_walk, walk_summary
 from surefoot.show.words import title
 from surefoot.worlds.body.recording import roll_pitch_yaw
@@ -343,10 +342,8 @@ def test_a_walk_without_its_end_is_never_called_a_success(walks, kind: str) -> N
     assert walk_summary(part)["outcome"] == "cut short"
     assert "its end is lost" in " ".join(title(part))
     console = Console(record=True, width=200, file=StringIO())
-    if part.body is None:
-        print_walk(part, console)
-    else:
-        print_body(part, part.body, console)
+    measures = None if part.body is None else sf.measure_body(part, part.body)
+    print_walk(part, console, measures=measures)
     printed = console.export_text()
     assert "cut short" in printed
     assert "recovered" not in printed

@@ -1,4 +1,4 @@
-"""The step problem for a leg that takes its time: in reach, the best there is, worth knowing."""
+"""The step problem for a leg that takes its time: in reach, and the best there is."""
 
 from __future__ import annotations
 
@@ -173,7 +173,7 @@ knows the leg reaches [N s], by the speed of the leg [m/s]."""
 
 @pytest.mark.parametrize("speed", INWARD)
 @pytest.mark.parametrize("make", [sf.StepTiming, sf.HybridController])
-def test_a_leg_that_is_known_is_worth_half_as_much_again(make, speed: float) -> None:
+def test_a_leg_that_is_known_gains_half_as_much_again(make, speed: float) -> None:
     published, least = INWARD[speed]
     robot = PAPER.with_leg(max_speed=speed)
     limits = [

@@ -49,9 +49,9 @@ def njit(function: Callable[..., Any] | None = None, **options: Any) -> Any:
 
 
 def entry_point(kernel: Any, *dtypes: Any) -> Callable[..., None]:
-    """A compiled kernel for arrays of these records, called without a look at their types.
+    """A compiled kernel for arrays of these records, called without a check of their types.
 
-    The look takes longer than most kernels. An array with records of another size is refused all
+    The check takes longer than most kernels. An array with records of another size is refused all
     the same, with a TypeError.
 
     Args:

@@ -29,8 +29,7 @@ from surefoot.control.plausibility import (
     pendulum_fits,
     trunk_fits,
 )
-from surefoot.dcm.pendulum import com_flow
-from surefoot.dcm.trunk import trunk_flow
+from surefoot.dcm.pendulum import com_flow, trunk_flow
 from surefoot.interface import Observation, Status
 from surefoot.record import Array, Record, field
 

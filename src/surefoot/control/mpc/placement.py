@@ -86,7 +86,7 @@ class FootPlacementMpc(RecedingHorizon):
             .make_parameters()
             .replace(
                 steps=self.steps_ahead,
-                saved=evenly_timed(self.robot, self.gait.step_duration),
+                saved=evenly_timed(self.robot, (self.gait.step_duration,))[0],
                 low=tables.low,
                 spacing=tables.spacing,
             )

@@ -10,9 +10,9 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from surefoot.dcm.pushes import DIRECTIONS
-from surefoot.robot.multibody import SIDES
+from surefoot.robot.feet import FEET
 from surefoot.show import palette
-from surefoot.show.method_marks import Mark, mark
+from surefoot.show.palette import Mark, mark
 from surefoot.show.picture_file import marker_path
 from surefoot.studies.compare.body_question import BodyPushes, BodyWalks
 from surefoot.studies.engine.cells import Row
@@ -48,14 +48,14 @@ def push_figure(measured: Measured[BodyPushes]) -> Figure:
     Returns:
         A figure of its own, not known to pyplot.
     """
-    height = _HEAD + _ROW * len(SIDES) + _GAP * (len(SIDES) - 1) + _FOOT
+    height = _HEAD + _ROW * len(FEET) + _GAP * (len(FEET) - 1) + _FOOT
     figure = Figure(figsize=(_WIDTH, height), facecolor="white")
     width = (_WIDTH - _LEFT - _RIGHT - _GAP * (len(DIRECTIONS) - 1)) / len(DIRECTIONS)
     mass = measured.study.mass
     tried = [_height(row, mass) for row in measured.rows]
     top = 1.08 * max([AIM, *tried])
-    for row, foot in enumerate(SIDES):
-        bottom = _FOOT + (len(SIDES) - 1 - row) * (_ROW + _GAP)
+    for row, foot in enumerate(FEET):
+        bottom = _FOOT + (len(FEET) - 1 - row) * (_ROW + _GAP)
         for column, direction in enumerate(DIRECTIONS):
             left = _LEFT + column * (width + _GAP)
             ax = figure.add_axes(
@@ -63,12 +63,12 @@ def push_figure(measured: Measured[BodyPushes]) -> Figure:
             )  # fmt: skip
             _draw_scans(ax, measured, direction, foot)
             ax.set_ylim(-0.03 * top, top)
-            ax.tick_params(labelleft=column == 0, labelbottom=row == len(SIDES) - 1)
+            ax.tick_params(labelleft=column == 0, labelbottom=row == len(FEET) - 1)
             if column == 0:
                 ax.set_ylabel(f"{foot} foot stands\nΔv = J / m [m/s]")
             if row == 0:
                 ax.set_title(direction, fontsize=9.5, fontweight="bold")
-            if row == len(SIDES) - 1:
+            if row == len(FEET) - 1:
                 ax.set_xlabel("push begins, part of the step")
     title = (
         f"{measured.study.robot.name}, {mass:.3g} kg  ·  smallest push of 0.2 s that it fails on"

@@ -19,7 +19,8 @@ import numpy as np
 from surefoot.dcm.pushes import DIRECTIONS, Push
 from surefoot.errors import StudyError
 from surefoot.interface import Controller, Status
-from surefoot.robot.multibody import SIDES, Multibody
+from surefoot.robot.feet import FEET
+from surefoot.robot.multibody import Multibody
 from surefoot.rollout.measures import measure_body
 from surefoot.rollout.rollout import Rollout
 from surefoot.rollout.trace import BodyTrace
@@ -246,7 +247,7 @@ def active_limits(world: BodyWorld) -> set[str]:
     unknowns = nv + 6 * feet
     torques = unknowns + nv - motors
     for number, name in enumerate(multibody.joint_names):
-        leg = name.replace(SIDES[support], "stance").replace(SIDES[1 - support], "swing")
+        leg = name.replace(FEET[support], "stance").replace(FEET[1 - support], "swing")
         if active[joints[number]["dof"]]:
             sign = math.copysign(1.0, multipliers[joints[number]["dof"]])
             found.add(f"{_stop(mapping, joints[number], control, sign)} of {leg}")

@@ -15,7 +15,7 @@ import msgspec
 from surefoot.checks import check_number, check_pair
 from surefoot.dcm.pushes import DIRECTIONS
 from surefoot.errors import ParameterError
-from surefoot.robot.multibody import SIDES
+from surefoot.robot.feet import FEET
 from surefoot.studies.compare.body_measure import measure_push, measure_walk
 from surefoot.studies.engine.cells import Row
 from surefoot.studies.engine.pushed_body import (
@@ -125,7 +125,7 @@ class BodyPushes(BodyStudy):
     def cells(self) -> Iterator[BodyPush]:
         """Everything that is to be measured; what shares a walk to the push is together."""
         for key, foot, phase, direction in product(
-            self.methods, SIDES, range(self.phases), DIRECTIONS
+            self.methods, FEET, range(self.phases), DIRECTIONS
         ):
             yield BodyPush(key, direction, phase / self.phases, foot)
 

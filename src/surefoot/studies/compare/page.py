@@ -10,7 +10,7 @@ from importlib.resources import files
 from typing import Any
 
 from surefoot.dcm.pushes import DIRECTIONS
-from surefoot.show.method_marks import mark
+from surefoot.show.palette import mark
 from surefoot.studies.compare.question import Comparison
 from surefoot.studies.compare.scores import Choice, situation, values
 from surefoot.studies.engine.report import Interactive

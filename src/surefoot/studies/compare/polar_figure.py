@@ -17,7 +17,7 @@ from matplotlib.projections.polar import PolarAxes
 
 from surefoot.errors import ParameterError
 from surefoot.show import palette
-from surefoot.show.method_marks import Mark, mark
+from surefoot.show.palette import Mark, mark
 from surefoot.show.picture_file import marker_path
 from surefoot.studies.compare.question import Comparison
 from surefoot.studies.compare.scores import choose, select, survived, unbroken, values

@@ -15,9 +15,9 @@ from surefoot.control.unified.controller import fixed_place, fixed_timing
 from surefoot.dcm.pushes import DIRECTIONS, Push, push_direction
 from surefoot.errors import ParameterError
 from surefoot.interface import Controller
-from surefoot.robot.feet import Side
+from surefoot.robot.feet import FEET, Side
 from surefoot.robot.floor import TIME_STEP
-from surefoot.robot.multibody import SIDES, Multibody, load_multibody
+from surefoot.robot.multibody import Multibody, load_multibody
 from surefoot.robot.robot import Robot
 from surefoot.rollout.rollout import Rollout
 from surefoot.rollout.trace import WALKING
@@ -267,7 +267,7 @@ def _approach(walk: PushedBody) -> Checkpoint:
     retained = LONGEST_APPROACH + PUSH_DURATION + TIME_AFTER_PUSH
     world = BodyWorld(control, None, noise, estimator, retained=retained)
     going = Walk(world, plan=[(0.0, Steering(walk.velocity))])
-    support, steps, usual = SIDES.index(walk.foot), Steps(), {}
+    support, steps, usual = FEET.index(walk.foot), Steps(), {}
 
     def due(world: BodyWorld) -> bool:
         now, begun = world.state.walk[0], steps.begun(world.state)

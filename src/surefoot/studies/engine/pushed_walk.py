@@ -15,7 +15,7 @@ from typing import Any
 from surefoot.checks import check_number
 from surefoot.control.registry import find_method
 from surefoot.dcm.nominal_gait import NominalGait, nominal_gait
-from surefoot.dcm.push_limit import causal_push_limit, check_leg, fixed_steps_limit, push_limit
+from surefoot.dcm.push_limit import PushCase, check_leg, fixed_steps_limit
 from surefoot.dcm.pushes import Push, push_direction
 from surefoot.errors import ParameterError
 from surefoot.interface import Controller
@@ -188,20 +188,20 @@ class PushedWalk:
             `limit_fixed` with it but fixed steps.
         """
         robot = plant or self.robot
-        situation: dict[str, Any] = {
-            "velocity": self.velocity,
-            "elapsed": self.start(cell.phase) - self.start(0.0),
-            "duration": cell.push_duration,
-            "support_side": PUSHED_SIDE,
-        }
-        direction, reach = self.direction(cell.angle), robot.foot.half
-        fixed = fixed_steps_limit(robot, direction, duration=cell.push_duration)
+        point = PushCase(
+            robot,
+            self.direction(cell.angle),
+            velocity=self.velocity,
+            elapsed=self.start(cell.phase) - self.start(0.0),
+            duration=cell.push_duration,
+            support_side=PUSHED_SIDE,
+        )
+        whole = replace(point, zmp_reach=robot.foot.half)
+        fixed = fixed_steps_limit(robot, point.direction, duration=cell.push_duration)
         return {
-            "limit_point": push_limit(robot, direction, **situation).impulse,
-            "limit_finite": push_limit(robot, direction, zmp_reach=reach, **situation).impulse,
-            "limit_causal": causal_push_limit(
-                robot, direction, zmp_reach=reach, **situation
-            ).impulse,
+            "limit_point": point.limit().impulse,
+            "limit_finite": whole.limit().impulse,
+            "limit_causal": whole.causal_limit().impulse,
             "limit_fixed": fixed.impulse,
         }
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from surefoot.dcm.push_limit import causal_push_limit, fixed_steps_limit, push_limit
+from surefoot.dcm.push_limit import PushCase, fixed_steps_limit
 from surefoot.dcm.pushes import PUSH
 from surefoot.rollout.outcome import recovery_time
 from surefoot.studies.engine.cells import Row
@@ -140,16 +140,13 @@ def _between(fate: NDArray[np.int8], walked: NDArray[np.int64]) -> NDArray[np.in
 def _limits(study: PushMap, cell: Cell) -> tuple[float, float]:
     """The theoretical limit with the whole sole, and that of those who do not know when the push
     ends [N s]."""
-    known, causal = (
-        largest(
-            study.robot,
-            study.direction(cell.angle),
-            velocity=study.controller.gait.velocity,
-            elapsed=study.start(cell),
-            duration=study.push_duration,
-            support_side=study.support_side,
-            zmp_reach=study.robot.foot.half,
-        ).impulse
-        for largest in (push_limit, causal_push_limit)
+    case = PushCase(
+        study.robot,
+        study.direction(cell.angle),
+        velocity=study.controller.gait.velocity,
+        elapsed=study.start(cell),
+        duration=study.push_duration,
+        support_side=study.support_side,
+        zmp_reach=study.robot.foot.half,
     )
-    return known, causal
+    return case.limit().impulse, case.causal_limit().impulse

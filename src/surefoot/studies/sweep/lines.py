@@ -11,7 +11,7 @@ from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from surefoot.show import palette
-from surefoot.show.method_marks import mark
+from surefoot.show.palette import mark
 from surefoot.show.picture_file import HALO, marker_path
 from surefoot.studies.sweep.axes import (
     even_grid,

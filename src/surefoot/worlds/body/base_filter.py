@@ -30,7 +30,7 @@ import math
 import numpy as np
 
 from surefoot.compiled import njit
-from surefoot.geometry import rotation_matrix, turned, turned_in_world
+from surefoot.geometry import rotate, rotate_in_world, rotation_matrix
 from surefoot.robot.robot import STANDARD_GRAVITY
 
 TILT, VELOCITY, POSITION, FEET, HEADINGS, BIAS, ERRORS = 0, 3, 6, 9, 15, 17, 20
@@ -122,7 +122,7 @@ def carry_on(base, noise, acceleration):
         turn[i] = base.turning[i] * dt
         base.velocity[i] += acceleration[i] * dt
         base.position[i] += base.velocity[i] * dt
-    turned(base.orientation, turn, base.orientation)
+    rotate(base.orientation, turn, base.orientation)
     _carry_rows(c, force, R, dt)
     _turn_over(c)
     _carry_rows(c, force, R, dt)
@@ -357,4 +357,4 @@ def _mend(base, found):
             base.feet[foot, i] += found[FEET + 3 * foot + i]
     for foot in range(2):
         base.headings[foot] += found[HEADINGS + foot]
-    turned_in_world(base.orientation, turn, base.orientation)
+    rotate_in_world(base.orientation, turn, base.orientation)

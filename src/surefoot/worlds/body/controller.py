@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from surefoot.checks import check_number
-from surefoot.dcm.frame_turn import rotated
 from surefoot.errors import VelocityError
+from surefoot.geometry import rotated
 from surefoot.interface import COMMAND, OBSERVATION, Command, Controller, Observation
 from surefoot.record import copy_array, new_array
 from surefoot.robot.feet import Side

@@ -24,7 +24,7 @@ from surefoot.checks import check_number
 from surefoot.compiled import entry_point, njit
 from surefoot.control.estimator import whole_cycles
 from surefoot.errors import ParameterError
-from surefoot.geometry import rotation_matrix, turned
+from surefoot.geometry import rotate, rotation_matrix
 from surefoot.record import copy_array, new_array
 from surefoot.robot.leg_kinematics import LINK, SOLES, find_soles, leg_links
 from surefoot.robot.multibody import Multibody
@@ -194,7 +194,7 @@ def _move(qpos, qvel, acceleration, dt):
     for i in range(3):
         qpos[i] += qvel[i] * dt
         turn[i] = qvel[3 + i] * dt
-    turned(orientation, turn, orientation)
+    rotate(orientation, turn, orientation)
     for k in range(FREE, qvel.shape[0]):
         qpos[1 + k] += qvel[k] * dt
 

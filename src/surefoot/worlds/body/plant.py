@@ -15,9 +15,10 @@ from numpy.typing import NDArray
 from surefoot.checks import check_most, check_number, check_seed
 from surefoot.compiled import njit
 from surefoot.dcm.pushes import Push, acting_force
+from surefoot.robot.feet import FEET
 from surefoot.robot.floor import check_height, scattered_boards
 from surefoot.robot.motors import motor_torques
-from surefoot.robot.multibody import SIDES, Multibody, load_multibody
+from surefoot.robot.multibody import Multibody, load_multibody
 from surefoot.worlds.body.interface import JointCommand
 
 STANDS, CROSSED, TOUCHED, TILTED, SUNK = range(5)
@@ -118,7 +119,7 @@ class BodyPlant:
         self.position, self.velocity, self._sensed = data.qpos, data.qvel, data.sensordata
         self.torque = np.zeros(len(multibody.motors))
         geoms = [self.model.geom(index).name for index in range(self.model.ngeom)]
-        soles = {f"{side}_sole" for side in SIDES}
+        soles = {f"{side}_sole" for side in FEET}
         self._is_sole = np.array([name in soles for name in geoms])
         self._is_floor = self.model.geom_bodyid == 0
         self._upright = data.xmat[multibody.base]
@@ -126,7 +127,7 @@ class BodyPlant:
         self._most = np.minimum(multibody.torque, 1e9)
         self._fastest = np.minimum(multibody.speed, 1e9)
         self._force = data.xfrc_applied[multibody.trunk]
-        self._touch = np.array([self.model.sensor(f"{side}_touch").adr[0] for side in SIDES])
+        self._touch = np.array([self.model.sensor(f"{side}_touch").adr[0] for side in FEET])
         self.cycle = 0
         mujoco.mj_step1(self.model, data)
 

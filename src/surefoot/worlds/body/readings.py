@@ -24,7 +24,7 @@ import math
 import numpy as np
 
 from surefoot.compiled import njit
-from surefoot.geometry import rotation_matrix, turned
+from surefoot.geometry import rotate, rotation_matrix
 from surefoot.robot.leg_kinematics import SOLES, find_soles
 from surefoot.robot.robot import STANDARD_GRAVITY
 from surefoot.worlds.body.base_filter import BIAS, POSITION, TILT, VELOCITY, put_foot
@@ -98,9 +98,9 @@ def begin(settings, links, base, joints, angles, velocities, accelerometer):
     x, y, z = accelerometer[0], accelerometer[1], accelerometer[2]
     upright, level = np.array((1.0, 0.0, 0.0, 0.0)), np.array((0.0, 0.0, 0.0))
     level[1] = math.atan2(-x, math.sqrt(y * y + z * z))
-    turned(upright, level, state.orientation)
+    rotate(upright, level, state.orientation)
     level[0], level[1] = math.atan2(y, z), 0.0
-    turned(state.orientation, level, state.orientation)
+    rotate(state.orientation, level, state.orientation)
     for k in range(joints.shape[0]):
         joints[k].angle, joints[k].velocity = angles[k], velocities[k]
         joints[k].covariance[0] = settings[0].base.encoder ** 2
@@ -175,7 +175,7 @@ def believe_gyro(settings, base, gyro, past):
         base.turning[i] += off[i]
         turn[i] = base.withheld[0, i] * noise.period if late else 0.0
         base.withheld[0, i] = 0.0
-    turned(base.orientation, turn, base.orientation)
+    rotate(base.orientation, turn, base.orientation)
 
 
 @njit

@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 
 from surefoot.checks import check_number
 from surefoot.control.estimator import Estimator
-from surefoot.dcm.frame_turn import rotated, turned
 from surefoot.dcm.pushes import Push, acting_force
-from surefoot.interface import COMMAND, OBSERVATION, Command, Controller, Observation
+from surefoot.geometry import rotated
+from surefoot.interface import COMMAND, OBSERVATION, Command, Controller, Observation, rotate_record
 from surefoot.record import copy_array, new_array, stack
 from surefoot.robot.feet import Side
 from surefoot.robot.robot import Robot
@@ -153,7 +153,7 @@ class PointWorld:
 
     def decide(self) -> None:
         """What the controller answers, in a frame that turns with the steps."""
-        observation = Observation.of(turned(self._seen.array, -self._heading))
+        observation = Observation.of(rotate_record(self._seen.array, -self._heading))
         before = perf_counter_ns()
         command, self.state = self.controller.step(self.state, observation)
         self._took = perf_counter_ns() - before
@@ -169,7 +169,7 @@ class PointWorld:
 
     def _in_world(self, command: NDArray[np.void]) -> NDArray[np.void]:
         """The answer in the world, with a foot that turns to the next heading while it swings."""
-        answer = turned(command, self._heading)
+        answer = rotate_record(command, self._heading)
         if self.steering.turning != 0.0:
             turn = self._turn_of_a_step()
             elapsed = self.record["observation"]["elapsed"][0] + self.controller.period
@@ -186,7 +186,7 @@ class PointWorld:
             return
         self._heading = float(self.record["observation"]["support_yaw"][0])
         # Its memory is of another frame; at a touchdown it holds little that is not seen anew.
-        seen = turned(self.record["observation"], -self._heading)
+        seen = rotate_record(self.record["observation"], -self._heading)
         self.state = self.controller.start(Observation.of(seen))
         self._note_velocity(self.time)
 
