@@ -152,13 +152,9 @@ def _show(kernel, parameters, states, truths, edits, shown, flat, limits, violat
     modes, values, side_modes, sides = edits
     for n in range(truths.shape[0]):
         _edit(truths[n], modes[n], values[n], side_modes[n], sides[n], flat, shown)
-        kernel(parameters[0], states[n % 2], shown[0], states[1 - n % 2])
-        _judge(
-            limits[0],
-            states[1 - n % 2].command,
-            states[1 - n % 2].validated.observation,
-            violations,
-        )
+        after = states[1 - n % 2]
+        kernel(parameters[0], states[n % 2], shown[0], after)
+        _judge(limits[0], after.command, after.validated.observation, violations)
 
 
 @njit

@@ -42,7 +42,7 @@ REFERENCES: dict[str, Row] = {
     "step and timing": (always_adapting, (213.0, 263.0, 131.0, 93.0), 1000.0, (-2.0, 2.0)),
     "step timing": (
         lambda robot: sf.StepTiming(robot, (0.5, 0.0)), (213.0, 264.0, 131.0, 93.0), 1000.0,
-        (-2.0, 2.0),
+        (-9.0, 9.0),
     ),
 }  # fmt: skip
 """Controller, limits of a prototype forward, back, towards the swing foot and away from it, the end

@@ -178,7 +178,7 @@ def closed_loop(
         measured: what the controller is given in a cycle, of what is true.
     """
     simulator = LipmSimulator(controller.robot, controller.period, pushes)
-    world, state = simulator.start(observation), controller.start(observation)
+    world, state = simulator.start(observation), controller.start(measured(0, observation))
     for cycle in range(cycles):
         command, state = controller.step(state, measured(cycle, observation))
         yield Cycle(observation, command, state)
