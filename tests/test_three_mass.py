@@ -10,7 +10,7 @@ import pytest
 
 import surefoot as sf
 from surefoot.control.registry import methods
-from surefoot.control.three_mass import ThreeMassCapture, flight_share
+from surefoot.control.three_mass import ThreeMassCapture, flight_share, least_cost
 from surefoot.dcm.swing_foot import quintic
 from surefoot.dcm.three_mass import three_mass
 from surefoot.rollout.rollout import Rollout
@@ -164,6 +164,32 @@ def test_the_method_on_a_point_mass_is_of_massless_legs() -> None:
     walk = sf.simulate(ThreeMassCapture(ROBOT, (0.5, 0.0)), 4.0)
     away = walk.commands["zmp"] - walk.observations["support_foot"]
     assert np.abs(away).max() < 1e-9
+
+
+def test_the_cost_is_least() -> None:
+    """Against every point of a grid over the box, for random costs and bounds."""
+    rng = np.random.default_rng(3)
+    for _ in range(300):
+        costs = tuple(rng.uniform(0.1, 5.0, 3) * (1.0, 10.0 ** rng.uniform(0, 3), 1.0))
+        error, by_zmp, by_step = (
+            rng.uniform(-0.5, 0.5),
+            -rng.uniform(0.1, 5.0),
+            -rng.uniform(0.5, 1),
+        )
+        low, high, half = rng.uniform(-0.4, 0.1), rng.uniform(0.15, 0.5), rng.uniform(0.01, 0.2)
+
+        def cost(u, s, costs=costs, error=error, by_zmp=by_zmp, by_step=by_step):
+            return (
+                costs[0] * u**2
+                + costs[1] * (error + by_zmp * u + by_step * s) ** 2
+                + (costs[2] * s**2)
+            )
+
+        u, s = least_cost(costs, error, by_zmp, by_step, (low, high, half))
+        assert abs(u) <= half
+        assert low <= s <= high
+        grid = np.meshgrid(np.linspace(-half, half, 201), np.linspace(low, high, 201))
+        assert cost(u, s) <= cost(*grid).min() * (1.0 + 1e-9)
 
 
 def test_flight_share_is_the_integral() -> None:

@@ -12,17 +12,17 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cache
-from types import MappingProxyType
-from typing import Any, Self
+from typing import Self
 
 import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from surefoot.checks import check_number
 from surefoot.compiled import entry_point, njit
+from surefoot.control.fields import check_fields, described, documented, fill_shares, setting
+from surefoot.record import Record
+from surefoot.record import field as value
 from surefoot.robot.multibody import Multibody
-from surefoot.robot.own_units import OwnUnits
 from surefoot.worlds.body.interface import BODY_REFERENCE, JointCommand
 from surefoot.worlds.body.mechanics import MOTION, Mechanics
 from surefoot.worlds.body.tasks import rotation_error
@@ -34,22 +34,28 @@ the CoM."""
 TURN = 1.25
 """What an error of 1 rad counts, where soles and CoM have 1, in heights of the CoM."""
 
-_OWN = MappingProxyType({"stiffness": ("N m/rad", 3.75), "damping": ("N m s/rad", 0.394)})
-"""Units of the servos' parameters, and their defaults in `OwnUnits`."""
-
 TASK_ROWS = 18
 """Two soles of six rows, CoM and trunk of three."""
 
 
+class _Gains(Record):
+    """What the least squares of a cycle know beforehand."""
+
+    rate: float = value("1/s", "at which errors of place are removed")
+    period: float = value("s", "of control")
+    damping: float = value("m^2", "what a joint's velocity costs")
+    base_dof: int = value("", "first degree of freedom of the base")
+
+
 @njit
-def _solve(
-    reference, motion, sole_jacobian, com_jacobian, base_dof, targets, weights, gain, period,
-    damping, rows, velocity,
-):  # fmt: skip
+def _solve(gains, reference, motion, jacobians, targets, weights, rows, velocity):
     """Write the generalised velocity that is nearest to all tasks.
 
-    Its arrays have the robot's length, which no record holds, and MuJoCo's are read where they lie.
+    `jacobians` are those of the soles and of the CoM; `targets` place and heading of the standing
+    ones, shape (2, 4); `rows` is scratch, shape (TASK_ROWS, nv).
     """
+    gain, period, base_dof = gains[0].rate, gains[0].period, gains[0].base_dof
+    sole_jacobian, com_jacobian = jacobians
     ref, m, error, right = reference[0], motion[0], np.empty(3), np.zeros(TASK_ROWS)
     rows[:, :] = 0.0
     nv, r = rows.shape[1], 0
@@ -89,78 +95,71 @@ def _solve(
         right[i] *= weights[i]
     square = rows.T @ rows
     for c in range(nv):
-        square[c, c] += damping
+        square[c, c] += gains[0].damping
     velocity[:] = np.linalg.solve(square, rows.T @ right)
 
 
 @cache
 def _compiled() -> Callable[..., None]:
     vector, matrix, cube = numba.float64[::1], numba.float64[:, ::1], numba.float64[:, :, ::1]
-    real = numba.float64
+    jacobians = numba.types.Tuple((cube, matrix))
     return entry_point(
-        _solve, BODY_REFERENCE, MOTION, cube, matrix, numba.int64, matrix, vector, real, real,
-        real, matrix, vector,
-    )  # fmt: skip
+        _solve, _Gains, BODY_REFERENCE, MOTION, jacobians, matrix, vector, matrix, vector
+    )
 
 
+class _Workspace:
+    """What a mapping computes with; where each sole came to stand, and whether it does."""
+
+    def __init__(self, mapping: InverseKinematics) -> None:
+        multibody = mapping.multibody
+        nv, model, motors = multibody.model.nv, multibody.model, multibody.motors
+        height = multibody.robot.com_height
+        self.solve = _compiled()
+        self.gains = _Gains(
+            rate=mapping.rate,
+            period=mapping.period,
+            damping=DAMPING * height**2,
+            base_dof=multibody.base_dof,
+        ).array
+        self.weights = np.ones(TASK_ROWS)
+        self.weights[[3, 4, 5, 9, 10, 11]] = TURN * height
+        self.weights[-3:] = TURN * height * mapping.trunk_weight
+        self.com_jacobian, self.velocity = np.zeros((3, nv)), np.zeros(nv)
+        self.rows, self.targets, self.stood = np.zeros((TASK_ROWS, nv)), np.zeros((2, 4)), [0, 0]
+        limited, ranges = model.jnt_limited[motors].astype(bool), model.jnt_range[motors]
+        self.low = np.where(limited, ranges[:, 0], -np.inf)
+        self.high = np.where(limited, ranges[:, 1], np.inf)
+        self.command = JointCommand(len(motors), nv)
+        self.command.stiffness, self.command.damping = mapping.stiffness, mapping.damping
+
+
+@documented
 @dataclass(frozen=True)
 class InverseKinematics:
     """Joint angles and velocities that carry out a reference, for servos and for playback.
-
-    Args:
-        multibody: the mechanism.
-        rate: at which errors of place are removed; a fifth in a cycle, of any robot [1/s].
-        stiffness: of the servos; 3.75 m g h if None [N m/rad].
-        damping: likewise; 0.394 m g h / omega [N m s/rad].
-        trunk_weight: of the trunk's orientation, where that of a sole has 1 [-].
-        period: control period [s].
 
     Raises:
         ParameterError: a value is out of range.
     """
 
-    multibody: Multibody
-    rate: float = 200.0
-    stiffness: float | None = None
-    damping: float | None = None
-    trunk_weight: float = 0.3
-    period: float = 0.001
-    _workspace: dict[str, Any] = field(init=False, repr=False, compare=False)
+    multibody: Multibody = field(metadata=described("the mechanism"))
+    rate: float = setting(
+        200.0, "1/s", "at which errors of place are removed; a fifth in a cycle, of any robot",
+        above=0.0,
+    )  # fmt: skip
+    stiffness: float = setting(None, "N m/rad", "of the servos", share=3.75, above=0.0)
+    damping: float = setting(None, "N m s/rad", "likewise", share=0.394, above=0.0)
+    trunk_weight: float = setting(
+        0.3, "-", "of the trunk's orientation, where that of a sole has 1", above=0.0
+    )
+    period: float = setting(0.001, "s", "control period", above=0.0)
+    _workspace: _Workspace = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        for name, unit in (
-            ("rate", "1/s"),
-            ("trunk_weight", "-"),
-            ("period", "s"),
-        ):
-            check_number(name, getattr(self, name), 0.0, unit, above=True)
-        nv, model = self.multibody.model.nv, self.multibody.model
-        own = OwnUnits.of(self.multibody.robot)
-        servos = own.fill(self, _OWN)
-        for name, value in servos.items():
-            check_number(name, value, 0.0, _OWN[name][0], above=True)
-        weights = np.ones(TASK_ROWS)
-        weights[[3, 4, 5, 9, 10, 11]] = TURN * own.length
-        weights[-3:] = TURN * own.length * self.trunk_weight
-        motors = self.multibody.motors
-        limited = model.jnt_limited[motors].astype(bool)
-        ranges = model.jnt_range[motors]
-        command = JointCommand(len(motors), nv)
-        command.stiffness, command.damping = servos["stiffness"], servos["damping"]
-        workspace = {
-            "solve": _compiled(),
-            "com_jacobian": np.zeros((3, nv)),
-            "targets": np.zeros((2, 4)),
-            "stood": [0, 0],
-            "weights": weights,
-            "least": DAMPING * own.length**2,
-            "rows": np.zeros((TASK_ROWS, nv)),
-            "velocity": np.zeros(nv),
-            "low": np.where(limited, ranges[:, 0], -np.inf),
-            "high": np.where(limited, ranges[:, 1], np.inf),
-            "command": command,
-        }
-        object.__setattr__(self, "_workspace", workspace)
+        fill_shares(self, self.multibody.robot)
+        check_fields(self)
+        object.__setattr__(self, "_workspace", _Workspace(self))
 
     def fresh(self) -> Self:
         """The same with room of its own to work in."""
@@ -174,25 +173,21 @@ class InverseKinematics:
         s, m = self._workspace, mechanics
         for side in range(2):
             stands = int(reference["stands"][0, side])
-            if stands and not s["stood"][side]:
+            if stands and not s.stood[side]:
                 axes = m.sole_axes[side]
-                s["targets"][side, :3] = m.sole_position[side]
-                s["targets"][side, 3] = math.atan2(axes[1, 0], axes[0, 0])
-            s["stood"][side] = stands
-        m.com_jacobian(s["com_jacobian"])
-        s["solve"](
-            reference, m.motion, m.sole_jacobian, s["com_jacobian"], self.multibody.base_dof,
-            s["targets"], s["weights"], self.rate, self.period, s["least"], s["rows"],
-            s["velocity"],
-        )  # fmt: skip
-        return s["velocity"]
+                s.targets[side, :3] = m.sole_position[side]
+                s.targets[side, 3] = math.atan2(axes[1, 0], axes[0, 0])
+            s.stood[side] = stands
+        m.com_jacobian(s.com_jacobian)
+        jacobians = m.sole_jacobian, s.com_jacobian
+        s.solve(s.gains, reference, m.motion, jacobians, s.targets, s.weights, s.rows, s.velocity)
+        return s.velocity
 
     def joints(self, mechanics: Mechanics, reference: NDArray[np.void]) -> JointCommand:
         """Angles and velocities of the servos, one period on, within the joints' ranges."""
         s, multibody = self._workspace, self.multibody
         velocity = self.velocity(mechanics, reference)[multibody.motor_dofs]
-        command: JointCommand = s["command"]
         angles = mechanics.position[multibody.motor_positions]
-        np.clip(angles + velocity * self.period, s["low"], s["high"], out=command.position)
-        command.velocity[:] = velocity
-        return command
+        np.clip(angles + velocity * self.period, s.low, s.high, out=s.command.position)
+        s.command.velocity[:] = velocity
+        return s.command
