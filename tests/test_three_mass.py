@@ -109,7 +109,7 @@ def test_a_step_that_is_cut_in_two_is_the_same_step() -> None:
         )  # fmt: skip
 
     once, _ = simulator.step(simulator.start(start), commanded(0.02))
-    half, world = finer.step(finer.start(start), commanded(0.01))
+    _, world = finer.step(finer.start(start), commanded(0.01))
     twice, _ = finer.step(world, commanded(0.02))
     assert np.allclose(twice.com, once.com, rtol=0, atol=1e-13)
     assert np.allclose(twice.com_velocity, once.com_velocity, rtol=0, atol=1e-12)

@@ -6,17 +6,19 @@ step,
 
     xi(T) = u + (xi - u) e^(omega' R) + kappa integral of omega' e^(omega' (T - t)) f''(t) dt,
 
-and the foot flies on the quintic from where it is to its landing s, so the last term is L_0 + L_1 s.
-The ZMP and the landing are those of least cost, along each axis by itself,
+and the foot flies on the quintic from where it is to its landing s, so the last term is affine in
+s. The ZMP and the landing are those of least cost, along each axis by itself,
 
-    minimise  (e^(omega' R) - 1) u^2 + end_weight |xi(T) - s - xi_nom|^2 + step_weight |s - s_nom|^2,
+    minimise  (e^(omega' R) - 1) u^2 + end_weight |xi(T) - s - xi_nom|^2
+              + step_weight |s - s_nom|^2,
 
-within the sole, the box of steps and the reach of the leg; xi_nom is that of the periodic gait, legs
-included, in which the ZMP rests at the centre of the foot. On massless legs the pendulum is the LIPM.
+within the sole, the box of steps and the reach of the leg. xi_nom is that of the periodic gait,
+legs included, in which the ZMP rests at the centre of the foot. On massless legs the pendulum is
+the LIPM.
 
-In the source a program makes the capture point follow a trajectory of the three-mass model. The cost
-above is the choice of this implementation: a large `end_weight` captures the robot with this step
-where that can be, and `step_weight` prefers the ZMP to the step.
+In the source a program makes the capture point follow a trajectory of the three-mass model. The
+cost above is the choice of this implementation: a large `end_weight` captures the robot with this
+step where that can be, and `step_weight` prefers the ZMP to the step.
 """
 
 from __future__ import annotations

@@ -1,18 +1,18 @@
-"""Online footstep optimisation: the next landing, with the value of what comes after ([Feng2016]).
+"""Online footstep optimisation: the next landing by the value of what comes after ([Feng2016]).
 
-A CoM planner regulates the LIPM about the motion over the desired footsteps. With x = (c, c' / omega)
-and the ZMP p, all as deviations and times in 1 / omega,
+A CoM planner regulates the LIPM about the motion over the desired footsteps. With the state
+x = (c, c' / omega) and the ZMP p, as deviations, and times in 1 / omega,
 
-    minimise  integral of  com_weight c^2 + omega^2 velocity_weight (c' / omega)^2 + zmp_weight p^2,
+    minimise  integral of  com_weight c^2 + velocity_weight (c')^2 + zmp_weight p^2,
 
 it has the value function V(x) = x' S x, with S of the algebraic Riccati equation, here in closed
-form. The receding-horizon program has the same cost up to the end of one step ahead, V for all that
-comes after it, and only ONE landing as an unknown beside the ZMPs: CoM errors count from the foot
-that stands by then, so a landing that is moved takes later footsteps with it.
+form. The receding-horizon program has the same cost up to one step ahead, V for all that comes
+after it, and beside the ZMPs only ONE landing as an unknown. CoM errors count from the foot that
+stands by then, so a landing that is moved takes later footsteps with it.
 
-The source plans the CoM by a quadratic value function over given footsteps and optimises the next
-one of them against it. The LIPM in closed form, five intervals a step, and that a push is expected
-to go on as in `mpc.placement` are choices of this implementation.
+The source plans the CoM with a quadratic value function over given footsteps, and optimises the
+next one of them against it. The LIPM in closed form, five intervals a step, and that a push is
+expected to go on as in `mpc.placement` are choices of this implementation.
 """
 
 from __future__ import annotations
