@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import dataclasses
+import json
 import math
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 
 import surefoot as sf
+from surefoot.cli import main
 from surefoot.control.registry import methods
 from surefoot.control.three_mass import ThreeMassCapture, flight_share, least_cost
 from surefoot.dcm.swing_foot import quintic
@@ -220,3 +223,29 @@ def test_a_robot_without_legs_says_what_to_give() -> None:
         ROBOT.replace(mass=30.0).with_heavy_legs()
     with pytest.raises(sf.RobotError, match="`com` of the legs"):
         dataclass_with(ROBOT.legs, com=1.2)
+
+
+def test_the_command_line_moves_heavy_legs(capsys: pytest.CaptureFixture[str]) -> None:
+    command = ["walk", "--simulator", "three-mass", "--duration", "2", "--json"]
+    walks = []
+    for options in ([], ["--legs-unknown"]):
+        done = CliRunner().invoke(main, [*command, "--controller", "tracking", *options])
+        assert done.exit_code == 0, done.output
+        walks.append(json.loads(done.stdout))
+    assert walks[0]["max_dcm_error"] < walks[1]["max_dcm_error"]
+    done = CliRunner().invoke(main, ["walk", "--legs-unknown"])
+    assert done.exit_code == 2
+    assert "--simulator three-mass" in done.stderr
+
+
+def test_who_walks_on_has_recovered() -> None:
+    """16 / omega and 8 steps after the push, not sooner; in a batch as alone."""
+    robot, after = ROBOT.with_heavy_legs(known=True), 16.0 / ROBOT.omega
+    controller = sf.UnifiedController(robot, (0.4, 0.0))
+    walk = sf.simulate(controller, PUSH.end + after - 0.1, [PUSH])
+    assert walk.outcome is sf.Outcome.UNSETTLED
+    assert sf.simulate(controller, PUSH.end + after + 0.1, [PUSH]).outcome is sf.Outcome.RECOVERED
+    (result,) = sf.simulate_batch(controller, [[PUSH]], 9.0, stop_when_settled=True)
+    assert result["settled"]
+    assert result["recovery_time"] >= after
+    assert result["recovery_steps"] >= 8
