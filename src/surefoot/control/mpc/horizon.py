@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from surefoot.checks import check_number, optional_module
-from surefoot.control.base import GaitController
+from surefoot.control.base import GaitController, control_period
 from surefoot.control.defaults import natural_length
 from surefoot.control.fields import filled, setting, weight
 from surefoot.control.mpc.cycle import (
@@ -226,7 +226,7 @@ class RecedingHorizon(GaitController):
         None, "s", "how often the program is solved, and at every sample; in every cycle if None",
         kw_only=True, own=lambda mpc: mpc.period,
     )  # fmt: skip
-    period: float = setting(0.005, "s", "control period", above=0.0, kw_only=True)
+    period: float = control_period(0.005)
     programs: Programs = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
