@@ -52,31 +52,16 @@ from numpy.typing import NDArray
 
 from surefoot.checks import check_number
 from surefoot.compiled import entry_point, njit
-from surefoot.errors import ParameterError, RobotError
-from surefoot.record import Array, Record, Vector2, Vector3, copy_array, new_array
+from surefoot.errors import ParameterError
+from surefoot.record import Record, Vector2, Vector3, copy_array, new_array
 from surefoot.record import field as one
 from surefoot.robot.floor import TIME_STEP
-from surefoot.robot.legs import MOSTLY, find_knees, find_legs, leg_joints
+from surefoot.robot.legs import find_knees
 from surefoot.robot.multibody import Multibody
 from surefoot.robot.own_units import OwnUnits
 from surefoot.worlds.body.interface import BODY_REFERENCE, JointCommand
 from surefoot.worlds.body.mechanics import MOTION, Mechanics
-from surefoot.worlds.body.tasks import rotation_error
-
-SOLE, SWING, ALONG, HEIGHT, TRUNK = 10.0, 3.0, 1.0, 0.3, 1.0
-"""Weights of the rows: soles that carry and passive joints, the swinging sole, the CoM's horizontal
-velocity, its height, how the trunk turns; of velocities in `OwnUnits`. They matter only where not
-all rows can be met."""
-
-DAMPING = 1e-3
-"""Likewise of every joint's velocity: what is redundant comes to rest."""
-
-STRAIGHT, BENT = 0.05, 0.3
-"""A knee bent by less is straight, one bent by more is not weighted [rad]."""
-
-YIELDING = 0.02
-"""Weight of the velocity of a straight knee of a leg that carries; of the swinging leg, whose sole
-counts more than the height, it is more by as much."""
+from surefoot.worlds.body.resolved_velocity import LEG, RATES, find_leg_joints, resolve
 
 TOUCHING, CARRIED = 0.03, 0.2
 """Parts of the weight: a sole with less does not count for the ZMP, and with less on both there is
@@ -122,33 +107,6 @@ class Servo(Record):
     damping: float = one("N m s/rad", "likewise")
 
 
-class LegJoints(Record):
-    """The joints of a leg that the ZMP and the straight knee are known by."""
-
-    ankle: Array = one("", "degrees of freedom of its pitch and roll", shape=2, kind=int)
-    knee: int = one("", "likewise of the knee")
-    angle: int = one("", "index of its angle")
-    sign: float = one("", "1.0 if a larger angle bends more, else -1.0")
-    straight: float = one("rad", "angle at which the leg is straight")
-
-
-class Rates(Record):
-    """What errors are answered with, and the units of the rows."""
-
-    zmp: float = one("1/s", "k_p")
-    com: float = one("1/s", "k_c")
-    follow: float = one("1/s", "of the desired CoM towards the estimated one")
-    smoothing: float = one("1/s", "of the measured ZMP")
-    trunk: float = one("1/s", "of the trunk's lean and heading")
-    swing: float = one("1/s", "of the swinging sole's place and lean")
-    level: float = one("1/s", "of the lean of a sole that carries")
-    height: float = one("m", "of the CoM, unit of lengths")
-    weight: float = one("N", "of the robot")
-    period: float = one("s", "of control")
-    most: float = one("rad/s^2", "largest acceleration that is expected")
-    rolls: int = one("", "whether the ankles roll passively")
-
-
 class Desired(Record):
     """What evolves beside the servos' positions."""
 
@@ -158,10 +116,10 @@ class Desired(Record):
     velocity: Vector3 = one("m/s", "u, of the CoM, that was asked for last")
 
 
-SERVO, LEG, RATES, DESIRED = Servo.DTYPE, LegJoints.DTYPE, Rates.DTYPE, Desired.DTYPE
+SERVO, DESIRED = Servo.DTYPE, Desired.DTYPE
 """The same for kernels, which know no classes."""
 
-FREE = 6
+BASE = 6
 """Degrees of freedom of the base."""
 
 SENT, MOVING, EXPECT = 0, 1, 2
@@ -255,152 +213,6 @@ def com_velocity(rates, reference, com, velocity, desired):
         if i < 2:
             u -= rates.zmp * min(max(reference.zmp[i] - desired.zmp[i], -most), most)
         desired.velocity[i] = u
-
-
-@njit
-def knee_weight(leg, angle, carries):
-    """What the velocity of a knee counts: nothing, unless it is nearly straight."""
-    bend = leg.sign * (angle - leg.straight)
-    part = min(max((BENT - bend) / (BENT - STRAIGHT), 0.0), 1.0)
-    smooth = part * part * (3.0 - 2.0 * part)
-    return YIELDING * smooth * (1.0 if carries else SWING / HEIGHT)
-
-
-@njit
-def add_row(weight, jacobian, value, hessian, slope):
-    """Add weight^2 (J v - value)^2 to the sum of squares."""
-    square = weight * weight
-    for i in range(jacobian.shape[0]):
-        if jacobian[i] != 0.0:
-            scaled = square * jacobian[i]
-            slope[i] += scaled * value
-            for k in range(i + 1):
-                hessian[i, k] += scaled * jacobian[k]
-
-
-@njit
-def add_sole(rates, reference, side, motion, jacobian, row, hessian, slope):
-    """A sole that carries rests and levels itself; the other one follows its reference."""
-    stands, axes, error = reference.stands[side] == 1, motion.sole_axes[side], np.empty(3)
-    length, h = (SOLE if stands else SWING) / rates.height, rates.height
-    for i in range(3):
-        speed = 0.0
-        if not stands:
-            speed = reference.swing_foot_velocity[i]
-            speed += rates.swing * (reference.swing_foot[i] - motion.sole_position[side, i])
-        add_row(length, jacobian[i], speed, hessian, slope)
-    yaw = math.atan2(axes[1, 0], axes[0, 0]) if stands else reference.swing_yaw
-    rotation_error(axes, 0.0, 0.0, yaw, error)
-    for i in range(3):
-        error[i] *= rates.level if stands else rates.swing
-    if not stands:
-        error[2] += reference.swing_yaw_rate
-    for k in range(0 if stands or rates.rolls == 0 else 1, 3):
-        row[:] = 0.0
-        speed = 0.0
-        for i in range(3):
-            speed += axes[i, k] * error[i]
-            for c in range(row.shape[0]):
-                row[c] += axes[i, k] * jacobian[3 + i, c]
-        add_row(length * h, row, speed, hessian, slope)
-
-
-@njit
-def add_trunk(rates, reference, axes, base, row, hessian, slope):
-    """The trunk keeps upright and its heading; `base` is its first rotational column."""
-    error = np.empty(3)
-    rotation_error(axes, reference.trunk[0], reference.trunk[1], reference.trunk[2], error)
-    for i in range(3):
-        row[:] = 0.0
-        for c in range(3):
-            row[base + c] = axes[i, c]
-        speed = rates.trunk * error[i] + (reference.trunk_yaw_rate if i == 2 else 0.0)
-        add_row(TRUNK, row, speed, hessian, slope)
-
-
-@njit
-def add_com(rates, reference, motion, jacobian, falls, u, row, hessian, slope):
-    """The CoM moves by u; not across a sole that rolls passively, where it falls."""
-    h, stance = rates.height, 0 if reference.stands[0] == 1 else 1
-    axes = motion.sole_axes[stance]
-    yaw = math.atan2(axes[1, 0], axes[0, 0])
-    cosine, sine = math.cos(yaw), math.sin(yaw)
-    for i in range(1 if falls else 2):
-        x, y = (cosine, sine) if i == 0 else (-sine, cosine)
-        for c in range(row.shape[0]):
-            row[c] = x * jacobian[0, c] + y * jacobian[1, c]
-        add_row(ALONG / h, row, x * u[0] + y * u[1], hessian, slope)
-    add_row(HEIGHT / h, jacobian[2], u[2], hessian, slope)
-
-
-@njit
-def factor_and_solve(hessian, vector):
-    """Replace b by the x of A x = b, A positive definite, by Cholesky; whether it was.
-
-    Only the lower half of A is read, and overwritten.
-    """
-    n = vector.shape[0]
-    for i in range(n):
-        for k in range(i + 1):
-            total = hessian[i, k]
-            for c in range(k):
-                total -= hessian[i, c] * hessian[k, c]
-            if k < i:
-                hessian[i, k] = total / hessian[k, k]
-            elif total > 0.0:
-                hessian[i, i] = math.sqrt(total)
-            else:
-                return False
-    for i in range(n):
-        for k in range(i):
-            vector[i] -= hessian[i, k] * vector[k]
-        vector[i] /= hessian[i, i]
-    for i in range(n - 1, -1, -1):
-        for k in range(i + 1, n):
-            vector[i] -= hessian[k, i] * vector[k]
-        vector[i] /= hessian[i, i]
-    return math.isfinite(vector.sum())
-
-
-@njit
-def resolve(
-    rates, legs, passive, base, reference, motion, position, velocity, jacobians, com_jacobian,
-    u, hessian, row, out,
-):  # fmt: skip
-    """Write the generalised velocity that carries out u and all that is embedded; whether it could.
-
-    Its arrays have the robot's length, which no record holds, and MuJoCo's are read where they lie.
-
-    Args:
-        rates: a `Rates` record.
-        legs: `LegJoints` records, left and right.
-        passive: degrees of freedom of joints without a motor.
-        base: first degree of freedom of the base.
-        reference, motion: records of these.
-        position, velocity, jacobians, com_jacobian: as in `Mechanics`.
-        u: of the CoM [m/s].
-        hessian, row: scratch, shapes (nv, nv), (nv,).
-        out: shape (nv,), written.
-    """
-    h, both = rates.height, reference.stands[0] == reference.stands[1]
-    hessian[:, :] = 0.0
-    out[:] = 0.0
-    for i in range(out.shape[0]):
-        hessian[i, i] = DAMPING * DAMPING
-    for side in range(2):
-        add_sole(rates, reference, side, motion, jacobians[side], row, hessian, out)
-        knee = legs[side].knee
-        weight = knee_weight(legs[side], position[legs[side].angle], reference.stands[side] == 1)
-        hessian[knee, knee] += weight * weight
-    falls = passive.shape[0] > 0 and not both
-    if falls:
-        for j in range(passive.shape[0]):
-            row[:] = 0.0
-            row[passive[j]] = 1.0
-            add_row(SOLE, row, velocity[passive[j]], hessian, out)
-    add_com(rates, reference, motion, com_jacobian, falls, u, row, hessian, out)
-    add_trunk(rates, reference, motion.base_axes, base + 3, row, hessian, out)
-    return factor_and_solve(hessian, out)
 
 
 @njit
@@ -501,7 +313,7 @@ class ComJacobian:
         rates["follow"], rates["smoothing"] = values["follow"], values["smoothing"]
         rates["height"], rates["weight"] = own.length, multibody.mass * multibody.robot.gravity
         rates["period"], rates["most"] = self.period, LARGEST_ACCELERATION * own.rate**2
-        rates["rolls"] = len(multibody.passive_dofs) > FREE
+        rates["rolls"] = len(multibody.passive_dofs) > BASE
         servos = self._servos(legs)
         command = JointCommand(len(servos), nv)
         command.stiffness[:], command.damping[:] = servos["stiffness"], servos["damping"]
@@ -509,7 +321,7 @@ class ComJacobian:
         workspace = {
             "cycle": _compiled(),
             "fixed": (
-                rates, legs, servos, multibody.passive_dofs[FREE:].astype(np.int64),
+                rates, legs, servos, multibody.passive_dofs[BASE:].astype(np.int64),
                 multibody.base_dof,
             ),
             "scratch": (np.zeros((nv, nv)), np.zeros(nv), solution),
@@ -587,41 +399,3 @@ def _check_rates(zmp: float, com: float, omega: float) -> None:
             f"zmp_rate {zmp:.4g} and com_rate {com:.4g} 1/s",
             "choose them on either side of omega: both errors vanish only then",
         )
-
-
-def find_leg_joints(multibody: Multibody) -> NDArray[np.void]:
-    """The `LegJoints` of both legs, shape (2,).
-
-    Raises:
-        RobotError: a leg has no hip, knee and ankle that pitch, or no ankle that rolls.
-    """
-    find_legs(multibody)
-    model, data, found = multibody.model, multibody.data(), np.zeros(2, LEG)
-    for side, foot in enumerate(multibody.feet):
-        pitch = [j for j in leg_joints(multibody, foot) if abs(data.xaxis[j][1]) > MOSTLY]
-        hip, knee, ankle = data.xanchor[pitch]
-        thigh, shank = knee - hip, ankle - knee
-        turned = math.atan2(thigh[2] * shank[0] - thigh[0] * shank[2], thigh @ shank)
-        angle, sense = int(model.jnt_qposadr[pitch[1]]), float(np.sign(data.xaxis[pitch[1]][1]))
-        leg = found[side]
-        leg["ankle"] = model.jnt_dofadr[pitch[2]], _ankle_roll(multibody, data, foot)
-        leg["knee"], leg["angle"] = model.jnt_dofadr[pitch[1]], angle
-        leg["sign"] = sense * math.copysign(1.0, turned)
-        leg["straight"] = multibody.nominal[angle] - sense * turned
-    return found
-
-
-def _ankle_roll(multibody: Multibody, data: mujoco.MjData, foot: int) -> int:
-    """Degree of freedom of the hinge that rolls a foot, with a motor or not."""
-    model, body = multibody.model, foot
-    while body not in (0, multibody.base):
-        first = int(model.body_jntadr[body])
-        for joint in range(first + int(model.body_jntnum[body]) - 1, first - 1, -1):
-            if abs(data.xaxis[joint][0]) > MOSTLY:
-                return int(model.jnt_dofadr[joint])
-        body = int(model.body_parentid[body])
-    raise RobotError(
-        "a leg with a joint that rolls the foot",
-        f"none above {model.body(foot).name!r}",
-        'give it one, or write ankle_roll = "passive"',
-    )
