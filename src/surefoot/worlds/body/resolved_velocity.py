@@ -55,24 +55,17 @@ class LegJoints(Record):
     straight: float = field("rad", "angle at which the leg is straight")
 
 
-class Rates(Record):
-    """What errors are answered with, and the units of the rows."""
+class Rows(Record):
+    """What errors of feet and trunk are answered with, and the unit of lengths."""
 
-    zmp: float = field("1/s", "k_p")
-    com: float = field("1/s", "k_c")
-    follow: float = field("1/s", "of the desired CoM towards the estimated one")
-    smoothing: float = field("1/s", "of the measured ZMP")
     trunk: float = field("1/s", "of the trunk's lean and heading")
     swing: float = field("1/s", "of the swinging sole's place and lean")
     level: float = field("1/s", "of the lean of a sole that carries")
-    height: float = field("m", "of the CoM, unit of lengths")
-    weight: float = field("N", "of the robot")
-    period: float = field("s", "of control")
-    most: float = field("rad/s^2", "largest acceleration that is expected")
+    height: float = field("m", "of the CoM")
     rolls: int = field("", "whether the ankles roll passively")
 
 
-LEG, RATES = LegJoints.DTYPE, Rates.DTYPE
+LEG, ROWS = LegJoints.DTYPE, Rows.DTYPE
 """The same for kernels, which know no classes."""
 
 
@@ -98,16 +91,20 @@ def add_row(weight, jacobian, value, hessian, slope):
 
 
 @njit
-def add_sole(rates, reference, side, motion, jacobian, row, hessian, slope):
-    """A sole that carries rests and levels itself; the other one follows its reference."""
+def add_sole(rates, reference, side, falls, motion, jacobian, row, hessian, slope):
+    """A sole that carries rests and levels itself; the other one follows its reference.
+
+    Where the robot falls about passive ankles, a sole that lands rolls on until it is flat, and the
+    leg does not roll with it: the roll that is measured is embedded.
+    """
     stands, axes, error = reference.stands[side] == 1, motion.sole_axes[side], np.empty(3)
-    length, h = (SOLE if stands else SWING) / rates.height, rates.height
+    weight = SOLE if stands else SWING
     for i in range(3):
         speed = 0.0
         if not stands:
             speed = reference.swing_foot_velocity[i]
             speed += rates.swing * (reference.swing_foot[i] - motion.sole_position[side, i])
-        add_row(length, jacobian[i], speed, hessian, slope)
+        add_row(weight / rates.height, jacobian[i], speed, hessian, slope)
     yaw = math.atan2(axes[1, 0], axes[0, 0]) if stands else reference.swing_yaw
     rotation_error(axes, 0.0, 0.0, yaw, error)
     for i in range(3):
@@ -118,10 +115,11 @@ def add_sole(rates, reference, side, motion, jacobian, row, hessian, slope):
         row[:] = 0.0
         speed = 0.0
         for i in range(3):
-            speed += axes[i, k] * error[i]
+            rolling = falls and stands and k == 0
+            speed += axes[i, k] * (motion.sole_velocity[side, 3 + i] if rolling else error[i])
             for c in range(row.shape[0]):
                 row[c] += axes[i, k] * jacobian[3 + i, c]
-        add_row(length * h, row, speed, hessian, slope)
+        add_row(weight, row, speed, hessian, slope)
 
 
 @njit
@@ -191,7 +189,7 @@ def resolve(
     Its arrays have the robot's length, which no record holds, and MuJoCo's are read where they lie.
 
     Args:
-        rates: a `Rates` record.
+        rates: a `Rows` record.
         legs: `LegJoints` records, left and right.
         passive: degrees of freedom of joints without a motor.
         base: first degree of freedom of the base.
@@ -201,17 +199,16 @@ def resolve(
         hessian, row: scratch, shapes (nv, nv), (nv,).
         out: shape (nv,), written.
     """
-    h, both = rates.height, reference.stands[0] == reference.stands[1]
+    falls = passive.shape[0] > 0 and reference.stands[0] != reference.stands[1]
     hessian[:, :] = 0.0
     out[:] = 0.0
     for i in range(out.shape[0]):
         hessian[i, i] = DAMPING * DAMPING
     for side in range(2):
-        add_sole(rates, reference, side, motion, jacobians[side], row, hessian, out)
+        add_sole(rates, reference, side, falls, motion, jacobians[side], row, hessian, out)
         knee = legs[side].knee
         weight = knee_weight(legs[side], position[legs[side].angle], reference.stands[side] == 1)
         hessian[knee, knee] += weight * weight
-    falls = passive.shape[0] > 0 and not both
     if falls:
         for j in range(passive.shape[0]):
             row[:] = 0.0
