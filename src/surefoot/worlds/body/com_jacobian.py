@@ -63,7 +63,7 @@ BASE = 6
 """Degrees of freedom of the base."""
 
 MAX_ERROR = 0.2
-"""Of the ZMP, in heights of the CoM: what is larger is that of a touchdown, and answered no more."""
+"""Of the ZMP, in heights of the CoM: a larger one is of a touchdown, and answered as this one."""
 
 HEIGHT_RATE, MAX_LIFT = 1.8, 0.8
 """At which the desired height goes to that of the reference, in omega, and how it is accelerated at
@@ -77,14 +77,14 @@ MAX_ACCELERATION = 40.0
 
 _OWN = MappingProxyType(
     {
-        "stiffness": ("N m/rad", 20.0),
-        "zmp_rate": ("1/s", 0.4),
-        "com_rate": ("1/s", 1.5),
-        "follow_rate": ("1/s", 8.0),
-        "smoothing": ("1/s", 30.0),
-        "trunk_rate": ("1/s", 0.6),
-        "swing_rate": ("1/s", 3.0),
-        "level_rate": ("1/s", 2.0),
+        "stiffness": ("N m/rad", 30.0),
+        "zmp_rate": ("1/s", 0.65),
+        "com_rate": ("1/s", 1.3),
+        "follow_rate": ("1/s", 11.0),
+        "smoothing": ("1/s", 32.0),
+        "trunk_rate": ("1/s", 0.4),
+        "swing_rate": ("1/s", 1.35),
+        "level_rate": ("1/s", 3.5),
     }
 )
 """Units of the parameters that follow from the robot, and their defaults in `OwnUnits`."""
@@ -206,15 +206,15 @@ class ComJacobian:
 
     Args:
         multibody: the mechanism.
-        stiffness: of every servo; 40 m g h [N m/rad].
+        stiffness: of every servo; 30 m g h [N m/rad].
         damping_ratio: likewise, with the inertia that its joint has in the nominal pose [-].
-        zmp_rate: k_p, at which a ZMP error moves the CoM, below omega; 0.4 omega [1/s].
-        com_rate: k_c, likewise an error of the CoM, above omega; 1.5 omega [1/s].
-        follow_rate: k_f, of the desired CoM towards the estimated one; 4 omega [1/s].
-        smoothing: of the ZMP error; 30 omega [1/s].
-        trunk_rate: of the trunk's lean and heading; 0.6 omega [1/s].
-        swing_rate: of the swinging sole's place and lean; 3 omega [1/s].
-        level_rate: of the lean of a sole that carries; 4 omega [1/s].
+        zmp_rate: k_p, at which a ZMP error moves the CoM, below omega; 0.65 omega [1/s].
+        com_rate: k_c, likewise an error of the CoM, above omega; 1.3 omega [1/s].
+        follow_rate: k_f, of the desired CoM towards the estimated one; 11 omega [1/s].
+        smoothing: of the ZMP error; 32 omega [1/s].
+        trunk_rate: of the trunk's lean and heading; 0.4 omega [1/s].
+        swing_rate: of the swinging sole's place and lean; 1.35 omega [1/s].
+        level_rate: of the lean of a sole that carries; 3.5 omega [1/s].
         knee_guard: least bend of the knees [rad].
         period: of control [s].
 
@@ -225,7 +225,7 @@ class ComJacobian:
 
     multibody: Multibody
     stiffness: float | None = None
-    damping_ratio: float = 1.0
+    damping_ratio: float = 0.7
     zmp_rate: float | None = None
     com_rate: float | None = None
     follow_rate: float | None = None
