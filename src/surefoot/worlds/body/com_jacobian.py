@@ -254,6 +254,7 @@ class ComJacobian:
         passive = multibody.passive_dofs[BASE:].astype(np.int64)
         rows = new_array(ROWS)
         rows["height"], rows["rolls"] = own.length, len(passive) > 0
+        rows["knee"], rows["guard"] = values["com_rate"], self.knee_guard
         for name in ("trunk", "swing", "level"):
             rows[name] = values[f"{name}_rate"]
         law = self._law(own, values)

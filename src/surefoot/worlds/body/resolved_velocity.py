@@ -8,10 +8,17 @@ The sole that carries rests and what swings is embedded, so the joints of both l
 together; as long as all rows can be met that is the same as solving for the leg that carries.
 
 Near a straight knee they cannot: the height hardly depends on the knee any more. As in
-[Faraji2017] the straight knee is not avoided, but the vertical task yields. The velocity of a knee
-is weighted against the height, more so the straighter it is (`YIELDING`), so what is lost is
-height and never the feet or the horizontal CoM; far from it nothing is weighted, and all rows are
-met. That source solves for positions; the weights are our choice.
+[Faraji2017] the straight knee is not avoided, but the vertical task yields. The nearer a knee of a
+leg that carries is to straight, the more counts a row of its own (`KNEE`), which asks for a rate of
+its bend instead of one of the height. With the thigh a, the shank b, the bend \beta and the hip at
+the distance l(\beta) from the ankle,
+
+    l^2 = a^2 + b^2 + 2 a b \cos \beta,    \dot \beta = k (\beta(l(\beta) + u_z / k) - \beta),
+
+where \beta is never less than a guard. Of a bent knee that is the rate which u_z takes; at the
+guard it is 0 for every u_z upwards, and it is finite and without a jump on the way there and back.
+What is lost is height, and never the feet or the horizontal CoM. That source solves for positions
+throughout; the row is our arrangement. The knee of a swinging leg is slowed down near straight.
 """
 
 from __future__ import annotations
@@ -38,11 +45,11 @@ DAMPING = 1e-3
 """Likewise of every joint's velocity: what is redundant comes to rest."""
 
 STRAIGHT, BENT = 0.05, 0.3
-"""A knee bent by less is straight, one bent by more is not weighted [rad]."""
+"""A knee that is bent by less is straight; one that is bent by more has no row of its own [rad]."""
 
-YIELDING = 0.02
-"""Weight of the velocity of a straight knee of a leg that carries; of the swinging leg, whose sole
-counts more than the height, it is more by as much."""
+KNEE = 0.1
+"""Weight of the row of a straight knee of a leg that carries: the height has 0.3 times a fiftieth
+there. Of the swinging leg, whose sole counts more, it is twice as much."""
 
 
 class LegJoints(Record):
@@ -53,6 +60,8 @@ class LegJoints(Record):
     angle: int = field("", "index of its angle")
     sign: float = field("", "1.0 if a larger angle bends more, else -1.0")
     straight: float = field("rad", "angle at which the leg is straight")
+    thigh: float = field("m", "from hip to knee")
+    shank: float = field("m", "from knee to ankle")
 
 
 class Rows(Record):
@@ -61,6 +70,8 @@ class Rows(Record):
     trunk: float = field("1/s", "of the trunk's lean and heading")
     swing: float = field("1/s", "of the swinging sole's place and lean")
     level: float = field("1/s", "of the lean of a sole that carries")
+    knee: float = field("1/s", "of the bend of a knee that is nearly straight")
+    guard: float = field("rad", "least bend of a knee")
     height: float = field("m", "of the CoM")
     rolls: int = field("", "whether the ankles roll passively")
 
@@ -70,12 +81,31 @@ LEG, ROWS = LegJoints.DTYPE, Rows.DTYPE
 
 
 @njit
-def knee_weight(leg, angle, carries):
-    """What the velocity of a knee counts: nothing, unless it is nearly straight."""
+def bend_rate(rates, leg, bend, upward):
+    """How fast a knee is to bend so that its hip rises, never beyond the guard [rad/s].
+
+    Args:
+        rates: a `Rows` record.
+        leg: a `LegJoints` record.
+        bend: of the knee, 0 if it is straight [rad].
+        upward: velocity of the hip [m/s].
+    """
+    squares, twice = leg.thigh**2 + leg.shank**2, 2.0 * leg.thigh * leg.shank
+    length = math.sqrt(squares + twice * math.cos(bend)) + upward / rates.knee
+    cosine = (max(length, 0.0) ** 2 - squares) / twice
+    wanted = math.acos(min(max(cosine, -1.0), math.cos(rates.guard)))
+    return rates.knee * (wanted - bend)
+
+
+@njit
+def add_knee(rates, leg, angle, carries, upward, hessian, slope):
+    """A knee that is nearly straight has a rate of its own; see the head of this file."""
     bend = leg.sign * (angle - leg.straight)
     part = min(max((BENT - bend) / (BENT - STRAIGHT), 0.0), 1.0)
-    smooth = part * part * (3.0 - 2.0 * part)
-    return YIELDING * smooth * (1.0 if carries else SWING / HEIGHT)
+    weight = KNEE * part * part * (3.0 - 2.0 * part) * (1.0 if carries else 2.0)
+    rate = leg.sign * bend_rate(rates, leg, bend, upward) if carries else 0.0
+    hessian[leg.knee, leg.knee] += weight * weight
+    slope[leg.knee] += weight * weight * rate
 
 
 @njit
@@ -206,9 +236,8 @@ def resolve(
         hessian[i, i] = DAMPING * DAMPING
     for side in range(2):
         add_sole(rates, reference, side, falls, motion, jacobians[side], row, hessian, out)
-        knee = legs[side].knee
-        weight = knee_weight(legs[side], position[legs[side].angle], reference.stands[side] == 1)
-        hessian[knee, knee] += weight * weight
+        carries, angle = reference.stands[side] == 1, position[legs[side].angle]
+        add_knee(rates, legs[side], angle, carries, u[2], hessian, out)
     if falls:
         for j in range(passive.shape[0]):
             row[:] = 0.0
@@ -238,6 +267,7 @@ def find_leg_joints(multibody: Multibody) -> NDArray[np.void]:
         leg["knee"], leg["angle"] = model.jnt_dofadr[pitch[1]], angle
         leg["sign"] = sense * math.copysign(1.0, turned)
         leg["straight"] = multibody.nominal[angle] - sense * turned
+        leg["thigh"], leg["shank"] = np.hypot(*thigh[[0, 2]]), np.hypot(*shank[[0, 2]])
     return found
 
 
