@@ -121,6 +121,8 @@ def test_a_push_is_over_the_mass_that_it_moves() -> None:
     ("arguments", "message"),
     [
         (["walk", "--truth"], "expected --truth with --simulator mujoco; got --simulator lipm"),
+        (["walk", "--mapping", "com-jacobian"], "--mapping with --simulator mujoco"),
+        ([*PHYSICS, "--mapping", "none"], "a mapping (inverse-dynamics, com-jacobian), or module"),
         (["walk", "--turning", "0.1"], "--turning with --simulator mujoco"),
         (["walk", "--stand-at", "2"], "--stand-at with --simulator mujoco"),
         (["walk", "--friction", "0.5"], "--friction with --simulator mujoco"),

@@ -279,6 +279,11 @@ class ComJacobian:
         law["weight"] = self.multibody.mass * self.multibody.robot.gravity
         return law
 
+    @property
+    def servos(self) -> NDArray[np.void]:
+        """Ranges, limits and gains of the servos, a copy of `Servo` records, shape (n,)."""
+        return self._workspace["fixed"][3].copy()
+
     def fresh(self) -> Self:
         """The same with room of its own to work in."""
         return replace(self)

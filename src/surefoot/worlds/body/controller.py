@@ -224,16 +224,14 @@ class BodyControl:
         """One cycle; never raises.
 
         Args:
-            state: of the last cycle.
-            time: now [s].
+            state, time: of the last cycle, and now [s].
             position, velocity: generalised, as estimated; shapes (nq,), (nv,).
             forces: vertical, on left and right sole, shape (2,) [N].
             steering: where to go.
         """
         self.mechanics.update(position, velocity)
         walk, reference = copy_array(state.walk), new_array(BODY_REFERENCE)
-        walk["now"] = time
-        phase = int(walk["phase"][0])
+        walk["now"], phase = time, int(walk["phase"][0])
         if phase != WALK:
             state = self._stand(replace(state, walk=walk), steering, reference)
             phase = int(walk["phase"][0])

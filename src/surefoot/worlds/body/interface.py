@@ -42,7 +42,7 @@ and acceleration; centre of the swinging sole likewise; its heading [rad] and tu
 roll, pitch and yaw of the trunk [rad] and its turning rate [rad/s].
 
 With one foot on the ground it is the ZMP that counts for the CoM's horizontal motion, and with two
-the acceleration; kinematic playback uses the CoM itself.
+the acceleration; of the CoM itself only the height is wanted, the rest is where it is now.
 """
 
 
@@ -75,8 +75,8 @@ class JointCommand:
 class JointMapping(Protocol):
     """Anything that turns a reference into motor commands.
 
-    Leaves: `worlds.body.inverse_dynamics` for torque-controlled robots,
-    `worlds.body.inverse_kinematics` for playback.
+    Leaves: `worlds.body.inverse_dynamics` for torque-controlled robots, `worlds.body.com_jacobian`
+    for robots with position servos; `worlds.body.mapping` finds them by name.
     """
 
     def start(self) -> Any:

@@ -9,9 +9,9 @@ together; as long as all rows can be met that is the same as solving for the leg
 
 Near a straight knee they cannot: the height hardly depends on the knee any more. As in
 [Faraji2017] the straight knee is not avoided, but the vertical task yields. The nearer a knee of a
-leg that carries is to straight, the more counts a row of its own (`KNEE`), which asks for a rate of
-its bend instead of one of the height. With the thigh a, the shank b, the bend \beta and the hip at
-the distance l(\beta) from the ankle,
+leg that carries is to straight, the less counts the row of the height, and the more one of its own
+(`KNEE`), which asks for a rate of its bend. With the thigh a, the shank b, the bend \beta and the
+hip at the distance l(\beta) from the ankle,
 
     l^2 = a^2 + b^2 + 2 a b \cos \beta,    \dot \beta = k (\beta(l(\beta) + u_z / k) - \beta),
 
@@ -41,15 +41,15 @@ SOLE, SWING, ALONG, HEIGHT, TRUNK = 10.0, 3.0, 1.0, 0.3, 1.0
 velocity, its height, how the trunk turns; of velocities in `OwnUnits`. They matter only where not
 all rows can be met."""
 
-DAMPING = 1e-3
+DAMPING = 3e-4
 """Likewise of every joint's velocity: what is redundant comes to rest."""
 
 STRAIGHT, BENT = 0.05, 0.3
 """A knee that is bent by less is straight; one that is bent by more has no row of its own [rad]."""
 
 KNEE = 0.1
-"""Weight of the row of a straight knee of a leg that carries: the height has 0.3 times a fiftieth
-there. Of the swinging leg, whose sole counts more, it is twice as much."""
+"""Weight of the row of a straight knee of a leg that carries; of the swinging leg, whose sole
+counts more, it is twice as much."""
 
 
 class LegJoints(Record):
@@ -99,13 +99,15 @@ def bend_rate(rates, leg, bend, upward):
 
 @njit
 def add_knee(rates, leg, angle, carries, upward, hessian, slope):
-    """A knee that is nearly straight has a rate of its own; see the head of this file."""
+    """A knee that is nearly straight has a rate of its own; by how much the height yields to it."""
     bend = leg.sign * (angle - leg.straight)
     part = min(max((BENT - bend) / (BENT - STRAIGHT), 0.0), 1.0)
-    weight = KNEE * part * part * (3.0 - 2.0 * part) * (1.0 if carries else 2.0)
+    straight = part * part * (3.0 - 2.0 * part)
+    weight = KNEE * straight * (1.0 if carries else 2.0)
     rate = leg.sign * bend_rate(rates, leg, bend, upward) if carries else 0.0
     hessian[leg.knee, leg.knee] += weight * weight
     slope[leg.knee] += weight * weight * rate
+    return straight if carries else 0.0
 
 
 @njit
@@ -166,8 +168,12 @@ def add_trunk(rates, reference, axes, base, row, hessian, slope):
 
 
 @njit
-def add_com(rates, reference, motion, jacobian, falls, u, row, hessian, slope):
-    """The CoM moves by u; not across a sole that rolls passively, where it falls."""
+def add_com(rates, reference, motion, jacobian, falls, u, height, row, hessian, slope):
+    """The CoM moves by u; not across a sole that rolls passively, where it falls.
+
+    It writes into the arrays of the program, of the robot's length, which no record holds;
+    `height` is the weight of the last row.
+    """
     h, stance = rates.height, 0 if reference.stands[0] == 1 else 1
     axes = motion.sole_axes[stance]
     yaw = math.atan2(axes[1, 0], axes[0, 0])
@@ -177,7 +183,7 @@ def add_com(rates, reference, motion, jacobian, falls, u, row, hessian, slope):
         for c in range(row.shape[0]):
             row[c] = x * jacobian[0, c] + y * jacobian[1, c]
         add_row(ALONG / h, row, x * u[0] + y * u[1], hessian, slope)
-    add_row(HEIGHT / h, jacobian[2], u[2], hessian, slope)
+    add_row(height / h, jacobian[2], u[2], hessian, slope)
 
 
 @njit
@@ -230,20 +236,22 @@ def resolve(
         out: shape (nv,), written.
     """
     falls = passive.shape[0] > 0 and reference.stands[0] != reference.stands[1]
-    hessian[:, :] = 0.0
+    hessian[:, :], yields = 0.0, 0.0
     out[:] = 0.0
     for i in range(out.shape[0]):
         hessian[i, i] = DAMPING * DAMPING
     for side in range(2):
         add_sole(rates, reference, side, falls, motion, jacobians[side], row, hessian, out)
         carries, angle = reference.stands[side] == 1, position[legs[side].angle]
-        add_knee(rates, legs[side], angle, carries, u[2], hessian, out)
+        straight = add_knee(rates, legs[side], angle, carries, u[2], hessian, out)
+        yields = max(yields, straight)
     if falls:
         for j in range(passive.shape[0]):
             row[:] = 0.0
             row[passive[j]] = 1.0
             add_row(SOLE, row, velocity[passive[j]], hessian, out)
-    add_com(rates, reference, motion, com_jacobian, falls, u, row, hessian, out)
+    height = HEIGHT * (1.0 - yields)
+    add_com(rates, reference, motion, com_jacobian, falls, u, height, row, hessian, out)
     add_trunk(rates, reference, motion.base_axes, base + 3, row, hessian, out)
     return factor_and_solve(hessian, out)
 
