@@ -12,7 +12,6 @@ from typing import Any
 import click
 
 from surefoot.errors import ParameterError
-from surefoot.worlds.body.mapping import USUAL_MAPPING
 
 robot_option = click.option(
     "--robot",
@@ -39,17 +38,18 @@ class _MappingOption(click.Option):
     def get_help_record(self, ctx: click.Context) -> tuple[str, str] | None:
         from surefoot.worlds.body.mapping import mapping_names
 
-        names = ", ".join(mapping_names())
-        self.help = f"Body: what moves its joints: {names}; or module:Class."
+        usual, *others = mapping_names()
+        self.help = (
+            f"Body: what moves its joints: {usual}, the usual one, or {', '.join(others)}, or "
+            "module:Class."
+        )
         return super().get_help_record(ctx)
 
 
 controller_option = click.option(
     "--controller", default="unified", show_default=True, metavar="METHOD", cls=_MethodOption
 )
-mapping_option = click.option(
-    "--mapping", default=USUAL_MAPPING, show_default=True, metavar="NAME", cls=_MappingOption
-)
+mapping_option = click.option("--mapping", metavar="NAME", cls=_MappingOption)
 settings_option = click.option(
     "--settings",
     type=click.Path(path_type=Path),

@@ -221,7 +221,7 @@ def walk(
     robot: str, velocity: tuple[float, float], changes: tuple[str, ...],
     footholds: Path | None, controller: str, settings: Path | None, simulator: str, duration: float,
     pushes: tuple[str, ...], leg_speed: float | None, leg_acceleration: float | None,
-    double_support: float, unprojected: bool, mapping: str, truth: bool, turning: float,
+    double_support: float, unprojected: bool, mapping: str | None, truth: bool, turning: float,
     stand_at: float | None, friction: float, payload: float, mass_error: float, bumps: float,
     delay: float, seed: int, plot: Path | None, decision_plot: Path | None, video: Path | None,
     save: Path | None, dump: Path | None, as_json: bool,

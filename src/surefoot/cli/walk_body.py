@@ -98,7 +98,7 @@ class BodyWalk:
     pushes: list[Push]
     leg_speed: float | None
     leg_acceleration: float | None
-    mapping: str
+    mapping: str | None
     truth: bool
     turning: float
     stand_at: float | None
@@ -115,7 +115,8 @@ def check_body_walk(walk: BodyWalk) -> None:
     from surefoot.checks import optional_module
     from surefoot.worlds.body.mapping import check_mapping
 
-    check_mapping(walk.mapping)
+    if walk.mapping is not None:
+        check_mapping(walk.mapping)
     if walk.truth and given("delay"):
         raise ParameterError(
             "--delay without --truth: the true state is never late",
@@ -154,13 +155,14 @@ def make_control(walk: BodyWalk) -> BodyControl:
     from surefoot.robot.multibody import load_multibody
     from surefoot.robot.robot import load_robot
     from surefoot.worlds.body.gait import body_control, body_controller, walking_robot
+    from surefoot.worlds.body.mapping import USUAL_MAPPING
 
     multibody = load_multibody(load_robot(walk.robot))
     believed = walking_robot(multibody).with_leg(
         max_speed=walk.leg_speed, max_acceleration=walk.leg_acceleration
     )
     controller = body_controller(walk.controller, believed, walk.velocity, **walk.parameters)
-    return body_control(controller, multibody, walk.mapping)
+    return body_control(controller, multibody, walk.mapping or USUAL_MAPPING)
 
 
 def route_of(walk: BodyWalk) -> list[tuple[float, Steering]]:

@@ -103,7 +103,7 @@ def compare(
     robots: tuple[str, ...], simulator: str, mass: float | None, velocity: tuple[float, float],
     methods: tuple[str, ...], leg_speeds: tuple[float, ...], durations: tuple[float, ...],
     full: bool, directions: int, phases: int, step: float, disturbances: tuple[str, ...],
-    seeds: int, duration: float, mapping: str, estimate: bool, quick: bool, explain: bool,
+    seeds: int, duration: float, mapping: str | None, estimate: bool, quick: bool, explain: bool,
     workers: int, out: Path, as_json: bool,
 ) -> None:  # fmt: skip
     """Compare control methods: the smallest push that each fails on, beside the theoretical limit.
@@ -124,10 +124,9 @@ def compare(
 
     refuse_others(simulator, robots, disturbances)
     if simulator == "mujoco":
-        asked: dict[str, Any] = {
-            "velocity": velocity if given("velocity") else BODY_VELOCITY,
-            "mapping": mapping,
-        }
+        asked: dict[str, Any] = {"velocity": velocity if given("velocity") else BODY_VELOCITY}
+        if mapping is not None:
+            asked["mapping"] = mapping
         if methods:
             asked["methods"] = methods
         if disturbances:
