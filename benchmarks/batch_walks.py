@@ -21,8 +21,8 @@ WALKS = 256
 RATE, SCALING = 1e7, 1.9
 """Targets: cycles a second on two cores, and how many times those of one core."""
 
-SPINS = 2_000_000
-"""Length of the loop that shows how much a second core is worth at the moment."""
+LOOP = 2_000_000
+"""Iterations of the loop that measures the speed of the second core at the moment."""
 
 
 def batch_figures(report: Report, rounds: int, duration: float, yardstick: Task) -> list[Figure]:
@@ -43,15 +43,15 @@ def batch_figures(report: Report, rounds: int, duration: float, yardstick: Task)
         return int(results["cycles"].sum())
 
     cycles = walk(2)
-    _spin(1)
+    _loop(1)
     rows = []
     for _ in range(rounds):
-        times = [_elapsed(work, workers) for work in (walk, _spin_twice) for workers in (1, 2)]
+        times = [_elapsed(work, workers) for work in (walk, _loop_twice) for workers in (1, 2)]
         rows.append((*times, float(np.median(yardstick.sample()))))
-    one, two, spin_one, spin_two, solve = np.array(rows).T
+    one, two, loop_one, loop_two, solve = np.array(rows).T
     report.facts["batch"] = f"{2 * rounds * cycles:.3g} cycles in all"
     report.extra["batch_cycles"] = 2 * rounds * cycles
-    rate, machine = cycles / float(np.median(two)), float(np.median(spin_one / spin_two))
+    rate, machine = cycles / float(np.median(two)), float(np.median(loop_one / loop_two))
     free = machine >= SCALING
     return [
         Figure("batch, hybrid controller, 1 worker: cycles", cycles / float(np.median(one)), "1/s"),
@@ -69,7 +69,7 @@ def batch_figures(report: Report, rounds: int, duration: float, yardstick: Task)
 
 
 def _pushes() -> list[list[sf.Push]]:
-    """One push a walk, in all directions, from none to the most that can be survived."""
+    """One push a walk, in all directions, from none to the largest that can be survived."""
     pushes = []
     for i in range(WALKS):
         angle, force = 2.4 * i, 0.5 * i
@@ -84,14 +84,14 @@ def _elapsed(work: Callable[[int], object], workers: int) -> float:
     return perf_counter() - before
 
 
-def _spin_twice(workers: int) -> None:
+def _loop_twice(workers: int) -> None:
     """Two equal loops, one after the other or side by side."""
     with ThreadPoolExecutor(workers) as pool:
-        list(pool.map(_spin, (SPINS, SPINS)))
+        list(pool.map(_loop, (LOOP, LOOP)))
 
 
 @njit(nogil=True)
-def _spin(count):
+def _loop(count):
     value = 0.1
     for _ in range(count):
         value = math.exp(-value)

@@ -1,8 +1,8 @@
-"""What one cycle of walking a body takes: `python benchmarks/body_cycle.py [--quick]`.
+"""Time of one control cycle of a body: `python benchmarks/body_cycle.py [--quick]`.
 
-Three walks of the paper's biped take turns of a few cycles each, so that a machine that is slow for
-a moment is slow for all of them: told the truth, told an estimate from perfect sensors, and from
-noisy ones. That one walks every other turn with its parts timed. See README.md beside this file.
+Three walks of the paper's biped take turns of a few cycles each, so that a slow moment of the
+machine affects all of them: on the true state, and on an estimate from perfect and from noisy
+sensors. The last one walks every other turn with its parts timed. See README.md beside this file.
 """
 
 from __future__ import annotations
@@ -36,15 +36,15 @@ from surefoot.worlds.body.plant import BodyPlant
 from surefoot.worlds.body.sensors import BodyNoise, BodySensors
 
 ROBOT, VELOCITY, TURN = "paper-biped", (0.3, 0.0), 20
-"""Who walks how fast [m/s]; how many cycles a walk goes on before it is the next one's turn."""
+"""The robot; its velocity [m/s]; cycles of a walk in one turn."""
 
 TARGET = 150.0
 """Of the median cycle on an estimate from noisy sensors [µs]."""
 
 WARM_UP = 5
-"""Turns in which every kernel is called once, and nothing is kept."""
+"""Turns that compile the kernels and are not counted."""
 
-TRUTH, PERFECT, NOISY = "told the truth", "estimate, perfect sensors", "estimate, noisy sensors"
+TRUTH, PERFECT, NOISY = "true state", "estimate, perfect sensors", "estimate, noisy sensors"
 WALKS = {TRUTH: (None, False), PERFECT: (None, True), NOISY: (BodyNoise(), True)}
 """Noise of the sensors, and whether the state is an estimate."""
 
@@ -57,13 +57,13 @@ TIMED = {
     "new velocity, at a touchdown": (UnifiedController, "with_velocity"),
     MAPPING: (InverseDynamics, "joints"),
 }
-"""Parts of a cycle, and what does them."""
+"""Parts of a cycle: class and method."""
 
 Times = dict[str, list[float]]
 
 
 class Walk:
-    """A walk in physics that goes on a few cycles at a time.
+    """A walk in physics that advances a few cycles at a time.
 
     Args:
         noise: of the sensors.
@@ -81,7 +81,7 @@ class Walk:
         self.command = JointCommand(len(multibody.motors), multibody.model.nv)
 
     def turn(self) -> Iterator[tuple[str, float]]:
-        """Some cycles: what each was about, and how long it took [µs]."""
+        """Some cycles: kind (stand, step or touchdown) and time [µs] of each."""
         for _ in range(TURN):
             steps = self.state.walk["steps"][0]
             took = self.cycle()
@@ -91,7 +91,7 @@ class Walk:
             yield about if walk["phase"] == WALKING else "stand", took
 
     def cycle(self) -> float:
-        """State, controller and inverse dynamics are timed; sensors and physics are not [µs]."""
+        """Time of state, controller and inverse dynamics, without sensors and physics [µs]."""
         time, steering = self.plant.time, sf.Steering(VELOCITY)
         readings = self.sensors.measure(first=self.plant.cycle == 0)
         began = perf_counter_ns()
@@ -119,7 +119,7 @@ def timed(owner: Any, name: str, times: list[float]) -> Iterator[None]:
 
 
 def open_solver(iterations: list[int]) -> type:
-    """DAQP's solver, whose methods can be timed; takes down its iterations."""
+    """DAQP's solver as a class whose methods can be timed; it appends its iterations."""
 
     class Solver(daqp.Model):
         def update(self, **changes: Any) -> Any:
@@ -134,7 +134,7 @@ def open_solver(iterations: list[int]) -> type:
 
 
 def walk_in_turns(turns: int) -> tuple[dict[str, Times], Times, list[str]]:
-    """Cycles of every walk by what they were about; parts of the noisy one; what was counted."""
+    """Cycles of every walk by kind; parts of the noisy one; lines about what was counted."""
     cycles: dict[str, Times] = {name: defaultdict(list) for name in WALKS}
     iterations: dict[str, list[int]] = {name: [] for name in WALKS}
     parts: Times = defaultdict(list)
@@ -177,7 +177,7 @@ def calls_of(walk: Walk) -> str:
 
 
 def show(cycles: dict[str, Times], parts: Times, counted: list[str]) -> None:
-    """Print cycles, their parts, and what does not depend on the machine."""
+    """Print times of cycles and of their parts, and the counted lines."""
     console = Console(width=110)
     table = Table("walk", "cycles", "number", "p50 [µs]", "p99 [µs]", "longest [µs]", "p50 / truth")
     yardstick = float(np.median(cycles[TRUTH]["step"]))

@@ -64,7 +64,7 @@ def replay(
 
 
 def report_timer(report: Report, overhead: float) -> None:
-    """Say how much of a single timed call is the timer."""
+    """Report the timer's share of a single timed call."""
     report.facts["timer"] = (
         f"{overhead * 1e9:.0f} ns between two readings of the clock; single calls contain it"
     )

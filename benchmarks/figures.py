@@ -31,9 +31,9 @@ class Figure:
         p999: its 99.9th percentile, where there are enough samples to have one.
         target: what p50 should reach.
         target_p999: what p999 should reach.
-        more_is_better: the target is the least value rather than the largest.
+        more_is_better: the target is a minimum rather than a maximum.
         ratio: p50 over that of our compiled solve, both taken in the same moments.
-        judged: False if the machine was too busy to tell.
+        judged: False if the machine was too busy for a verdict.
     """
 
     what: str
@@ -94,8 +94,8 @@ class Report:
         for name, text in self.facts.items():
             console.print(f"{name}: {text}", highlight=False)
         console.print(
-            "Figures are comparable within one run only: on a busy machine all of them move "
-            "together. The ratios are taken round by round and last."
+            "Times are comparable within one run only: on a busy machine all of them change "
+            "together. Ratios are taken round by round and comparable between runs."
         )
 
 

@@ -1,11 +1,11 @@
-"""Show every point mass controller garbage, and count what must not follow from it.
+"""Give random observations to every controller of the point mass and count forbidden commands.
 
     python benchmarks/fuzz.py [--observations 1000000] [--walks 400] [--slow-share 0.005]
 
-Each method is shown random observations, one after another, from states of a good walk on, and its
-commands are judged. Then good walks that nothing pushes are shown garbage for one cycle or for 200
-in a row, and must not fall for it. After 200 cycles only walks count from which a controller that
-starts anew on the truth walks on: others the robot has not survived.
+Each method is given random observations, one after another, starting from states of an undisturbed
+walk, and its commands are checked. Then undisturbed walks are given random observations for one
+cycle or for 200 in a row, and must not fall. After 200 cycles only those walks count from which a
+controller that starts anew on the true state walks on.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ from surefoot.worlds.point.plant import lipm_cycle
 
 KINDS = ("bits", "special", "field", "jump", "jumps", "contact", "elsewhen")
 """All bits at random; NaN, infinities, huge and tiny numbers; one field replaced; one field moved;
-every field moved; which foot carries; the observation of another cycle."""
+every field moved; which foot stands; the observation of another cycle."""
 
 FIELDS = OBSERVATION.itemsize // 8
 """Numbers of an observation; the last one is the side, an integer."""
@@ -44,8 +44,8 @@ SPECIAL = np.array(
 )
 
 SETTLING, AFTER, SEQUENCE, LONG = 1.0, 5, 40, 200
-"""A good walk is corrupted from so late on [s]; a walk goes on for so many longest steps after the
-garbage; observations between two fresh starts; cycles of garbage in a row."""
+"""A walk is corrupted from this time on [s]; it continues for this many longest steps after that;
+observations between two starts; corrupted cycles in a row."""
 
 COUNTED = ("not finite", "landing outside", "time outside", "ZMP outside")
 _NO_TIME_LEFT = int(Status.NO_TIME_LEFT)
@@ -64,22 +64,22 @@ _LIMITS = np.dtype(
 
 @dataclass
 class Counts:
-    """What happened to one method.
+    """Results of one method.
 
     Attributes:
         method: its name.
-        observations: that were garbage.
-        wrong: commands by what was wrong with them, as in `COUNTED`.
-        walks: that were shown one cycle of garbage, and 200.
+        observations: that were corrupted.
+        violations: number of forbidden commands of each kind in `COUNTED`.
+        walks: with one corrupted cycle, and with 200.
         falls: of these.
-        lost: walks that the robot did not survive for 200 cycles; they count nowhere.
-        examples: of what went wrong: kind and cycle.
-        gone: of what was lost.
+        lost: walks that could not be continued after 200 cycles; not in `walks`.
+        examples: of forbidden commands and falls: kind and cycle.
+        gone: of lost walks.
     """
 
     method: str
     observations: int = 0
-    wrong: NDArray[np.int64] = field(default_factory=lambda: np.zeros(len(COUNTED), np.int64))
+    violations: NDArray[np.int64] = field(default_factory=lambda: np.zeros(len(COUNTED), np.int64))
     walks: list[int] = field(default_factory=lambda: [0, 0])
     falls: list[int] = field(default_factory=lambda: [0, 0])
     lost: int = 0
@@ -89,7 +89,7 @@ class Counts:
     @property
     def total(self) -> int:
         """Everything that must be 0."""
-        return int(self.wrong.sum()) + sum(self.falls)
+        return int(self.violations.sum()) + sum(self.falls)
 
 
 @njit
@@ -106,10 +106,10 @@ def _is_finite(command):
 
 
 @njit
-def _judge(limits, command, seen, wrong):
-    """Count what is wrong with one command."""
+def _judge(limits, command, seen, violations):
+    """Count the violations of one command."""
     if not _is_finite(command):
-        wrong[0] += 1
+        violations[0] += 1
         return
     row = side_index(seen.support_side)
     for i in range(2):
@@ -117,23 +117,23 @@ def _judge(limits, command, seen, wrong):
         step, room = command.step_location[i] - foot, 1e-9 + 1e-15 * abs(foot)
         outside = step < limits.low[row, i] - room or step > limits.high[row, i] + room
         if outside and command.status & _NO_STEP_LEFT == 0:
-            wrong[1] += 1
+            violations[1] += 1
             break
     time = command.step_duration
     outside = time < limits.shortest - 1e-9 or time > limits.longest + 1e-9
     if outside and command.status & _NO_TIME_LEFT == 0:
-        wrong[2] += 1
+        violations[2] += 1
     if limits.half_foot[0] < math.inf:
         x, y = command.zmp[0] - seen.support_foot[0], command.zmp[1] - seen.support_foot[1]
         shared = command.double_support != 0
         in_x, in_y = nearest_supported(seen, shared, x, y, limits.half_foot[0], limits.half_foot[1])
         if math.hypot(x - in_x, y - in_y) > 1e-9 + 1e-15 * abs(seen.support_foot[0]):
-            wrong[3] += 1
+            violations[3] += 1
 
 
 @njit
 def _edit(truth, modes, values, side_mode, side, flat, shown):
-    """Write what is shown; `flat` are the numbers of `shown`."""
+    """Write the corrupted observation; `flat` are the numbers of `shown`."""
     shown[0] = truth
     for k in range(modes.shape[0]):
         if modes[k] == 1:
@@ -146,27 +146,22 @@ def _edit(truth, modes, values, side_mode, side, flat, shown):
         shown[0].support_side = -shown[0].support_side
 
 
-def _edit_by(truth, edits, row, flat, shown):
-    """The same by one row of edits."""
-    modes, values, side_modes, sides = edits
-    _edit(truth, modes[row], values[row], side_modes[row], sides[row], flat, shown)
-
-
 @njit
-def _show(kernel, parameters, states, truths, edits, shown, flat, limits, wrong):
+def _show(kernel, parameters, states, truths, edits, shown, flat, limits, violations):
     """One observation after another, whatever the commands are."""
     modes, values, side_modes, sides = edits
     for n in range(truths.shape[0]):
         _edit(truths[n], modes[n], values[n], side_modes[n], sides[n], flat, shown)
-        kernel(parameters[0], states[n % 2], shown[0], states[1 - n % 2])
-        _judge(limits[0], states[1 - n % 2].command, states[1 - n % 2].belief.seen, wrong)
+        after = states[1 - n % 2]
+        kernel(parameters[0], states[n % 2], shown[0], after)
+        _judge(limits[0], after.command, after.validated.observation, violations)
 
 
 @njit
 def _walk(kernel, parameters, states, simulator, worlds, pushes, edits, garbage, cycles, extra):
     """A closed loop; the first `garbage` cycles are corrupted. Returns whether it falls."""
     modes, values, side_modes, sides = edits
-    shown, flat, limits, wrong = extra
+    shown, flat, limits, violations = extra
     for n in range(cycles):
         now = n % 2
         if n < garbage:
@@ -179,7 +174,7 @@ def _walk(kernel, parameters, states, simulator, worlds, pushes, edits, garbage,
         else:
             kernel(parameters[0], states[now], worlds[now].observation, states[1 - now])
         command = states[1 - now].command
-        _judge(limits[0], command, states[1 - now].belief.seen, wrong)
+        _judge(limits[0], command, states[1 - now].validated.observation, violations)
         lipm_cycle(simulator[0], worlds[now], command, pushes, worlds[1 - now])
         if worlds[1 - now].fallen:
             return True
@@ -189,12 +184,12 @@ def _walk(kernel, parameters, states, simulator, worlds, pushes, edits, garbage,
 
 
 @njit
-def _judge_one(limits, command, seen, wrong):
-    _judge(limits[0], command[0], seen[0], wrong)
+def _judge_one(limits, command, seen, violations):
+    _judge(limits[0], command[0], seen[0], violations)
 
 
 class Subject:
-    """One controller with a good walk of its own, and how it is shown anything."""
+    """One controller with an undisturbed walk, and loops that corrupt its observations."""
 
     def __init__(self, name: str, controller: Any) -> None:
         self.name, self.controller = name, controller
@@ -228,36 +223,34 @@ class Subject:
 
     @property
     def cycles(self) -> int:
-        """How long a walk goes on after the garbage."""
+        """Length of a walk after the corrupted cycles."""
         longest = self.controller.robot.gait.step_duration[1]
         return round(AFTER * longest / self.controller.period)
 
-    def show(self, start: int, truths: Any, edits: Any, wrong: NDArray[np.int64]) -> None:
-        """Garbage in a row from a state of the good walk on."""
+    def show(self, start: int, truths: Any, edits: Any, violations: NDArray[np.int64]) -> None:
+        """Corrupted observations in a row, starting from a state of the walk."""
         shown = new_array(OBSERVATION)
         flat = shown.view(np.float64)[: FIELDS - 1]
         if self.pointer is not None:
             states = np.concatenate([self.states[start]] * 2)
             _show(
                 self.pointer, self.controller.parameters, states, truths, edits, shown, flat,
-                self.limits, wrong,
+                self.limits, violations,
             )  # fmt: skip
             return
         state = self.states[start]
         for n in range(len(truths)):
-            _edit_by(truths[n], edits, n, flat, shown)
-            state = self._step(state, shown.copy(), wrong)
-
-    def walks_on(
-        self, start: int, edits: Any, garbage: int, cycles: int, wrong: NDArray[np.int64]
-    ) -> tuple[bool, NDArray[np.void], NDArray[np.void]]:
-        """Whether the walk goes on for so many cycles; its last world and state."""
-        return self.walk(self.states[start], self.worlds[start], edits, garbage, cycles, wrong)
+            _edit(truths[n], *(column[n] for column in edits), flat, shown)
+            state = self._step(state, shown.copy(), violations)
 
     def walk(
-        self, state: Any, world: Any, edits: Any, garbage: int, cycles: int, wrong: Any
+        self, state: Any, world: Any, edits: Any, garbage: int, cycles: int, violations: Any
     ) -> tuple[bool, NDArray[np.void], NDArray[np.void]]:
-        """A closed loop from anywhere, with garbage in its first cycles."""
+        """A closed loop whose first `garbage` cycles are corrupted.
+
+        Returns:
+            Whether it walks on for so many cycles; its last world and state.
+        """
         shown = new_array(OBSERVATION)
         flat = shown.view(np.float64)[: FIELDS - 1]
         if self.pointer is not None:
@@ -265,39 +258,40 @@ class Subject:
             fell = _walk(
                 self.pointer, self.controller.parameters, states, self.simulator.parameters,
                 worlds, self.simulator.push_array, edits, garbage, cycles,
-                (shown, flat, self.limits, wrong),
+                (shown, flat, self.limits, violations),
             )  # fmt: skip
             return not fell, worlds[:1].copy(), states[:1].copy()
         for n in range(cycles):
             seen = world["observation"].copy()
             if n < garbage:
-                _edit_by(world["observation"][0], edits, n % len(edits[0]), flat, shown)
+                row = [column[n % len(column)] for column in edits]
+                _edit(world["observation"][0], *row, flat, shown)
                 seen = shown.copy()
-            state = self._step(state, seen, wrong)
+            state = self._step(state, seen, violations)
             command = sf.Command.of(state["command"].copy())
             _, world = self.simulator.step(world, command)
             if world["fallen"][0]:
                 return False, world, state
         return True, world, state
 
-    def _step(self, state: Any, shown: NDArray[np.void], wrong: NDArray[np.int64]) -> Any:
+    def _step(self, state: Any, shown: NDArray[np.void], violations: NDArray[np.int64]) -> Any:
         command, state = self.controller.step(state, sf.Observation.of(shown))
-        seen = state["belief"]["seen"].copy()
-        _judge_one(self.limits, command.array, seen, wrong)
+        seen = state["validated"]["observation"].copy()
+        _judge_one(self.limits, command.array, seen, violations)
         return state
 
 
 def garbage(
     kind: str, count: int, rng: np.random.Generator, subject: Subject
 ) -> tuple[NDArray[np.int8], NDArray[np.float64], NDArray[np.int8], NDArray[np.int64]]:
-    """What is done to observations: modes (0 none, 1 replace, 2 add) and values of the numbers,
+    """Random changes of observations: modes (0 none, 1 replace, 2 add) and values of the numbers,
     and the same of the side (2 is the other one).
 
     Args:
         kind: one of `KINDS`.
         count: how many observations.
-        rng: where chance comes from.
-        subject: whose robot gives the lengths.
+        rng: random numbers.
+        subject: its robot scales the lengths.
     """
     width = FIELDS - 1
     modes, values = np.zeros((count, width), np.int8), np.zeros((count, width))
@@ -339,24 +333,24 @@ def garbage(
 
 
 def fuzz(subject: Subject, observations: int, walks: int, seed: int = 0) -> Counts:
-    """Show one controller garbage.
+    """Test one controller.
 
     Args:
         subject: the controller.
         observations: how many, open loop.
-        walks: how many with one cycle of garbage, and as many with 200.
-        seed: of all chance.
+        walks: how many with one corrupted cycle, and as many with 200.
+        seed: of the random numbers.
     """
     rng, counts = np.random.default_rng(seed), Counts(subject.name)
     while counts.observations < observations:
         kind = KINDS[(counts.observations // SEQUENCE) % len(KINDS)]
-        before, start = counts.wrong.copy(), int(rng.integers(len(subject.states)))
+        before, start = counts.violations.copy(), int(rng.integers(len(subject.states)))
         where = (start + np.arange(SEQUENCE)) % len(subject.states)
         edits = garbage(kind, SEQUENCE, rng, subject)
-        subject.show(start, subject.truths[where], edits, counts.wrong)
+        subject.show(start, subject.truths[where], edits, counts.violations)
         counts.observations += SEQUENCE
-        if (counts.wrong != before).any():
-            counts.examples.append(f"shown {kind} from {start}: {counts.wrong - before}")
+        if (counts.violations != before).any():
+            counts.examples.append(f"shown {kind} from {start}: {counts.violations - before}")
     for number in range(2 * walks):
         _corrupt(subject, KINDS[number // 2 % len(KINDS)], number % 2, rng, counts)
     return counts
@@ -365,17 +359,19 @@ def fuzz(subject: Subject, observations: int, walks: int, seed: int = 0) -> Coun
 def _corrupt(
     subject: Subject, kind: str, long: int, rng: np.random.Generator, counts: Counts
 ) -> None:
-    """One good walk that is shown garbage for a while."""
+    """One walk with corrupted observations for one or 200 cycles."""
     start = int(rng.integers(len(subject.states)))
     cycles = LONG if long else 1
-    # The same garbage for all of the time, or another in every cycle.
+    # The same change in all cycles, or another in every cycle.
     edits = garbage(kind, 1 if rng.random() < 0.3 else cycles, rng, subject)
-    before = counts.wrong.copy()
-    up, world, state = subject.walks_on(start, edits, cycles, cycles, counts.wrong)
+    before = counts.violations.copy()
+    up, world, state = subject.walk(
+        subject.states[start], subject.worlds[start], edits, cycles, cycles, counts.violations
+    )
     counts.observations += cycles
     counts.walks[long] += 1
     ignored = np.zeros(len(COUNTED), np.int64)
-    survived = up and subject.walk(state, world, edits, 0, subject.cycles, counts.wrong)[0]
+    survived = up and subject.walk(state, world, edits, 0, subject.cycles, counts.violations)[0]
     if not survived and long:
         again = subject.controller.start(sf.Observation.of(world["observation"].copy()))
         possible = up and subject.walk(again, world, edits, 0, subject.cycles, ignored)[0]
@@ -387,8 +383,10 @@ def _corrupt(
     if not survived:
         counts.falls[long] += 1
         counts.examples.append(f"fell: {kind} for {cycles} from {start}, {len(edits[0])} drawn")
-    if (counts.wrong != before).any():
-        counts.examples.append(f"walked {kind} for {cycles} from {start}: {counts.wrong - before}")
+    if (counts.violations != before).any():
+        counts.examples.append(
+            f"walked {kind} for {cycles} from {start}: {counts.violations - before}"
+        )
 
 
 def subjects(names: Sequence[str] | None = None) -> list[Subject]:
@@ -417,14 +415,14 @@ def subjects(names: Sequence[str] | None = None) -> list[Subject]:
 
 def show(results: Sequence[Counts]) -> None:
     """Print the table."""
-    table = Table(title="What followed from garbage")
+    table = Table(title="Forbidden commands and falls after corrupted observations")
     for head in ("method", "observations", *COUNTED, "fell after 1", f"fell after {LONG}", "lost"):
         table.add_column(head, justify="left" if head == "method" else "right")
     for one in results:
         table.add_row(
             one.method,
             str(one.observations),
-            *(str(number) for number in one.wrong),
+            *(str(number) for number in one.violations),
             *(f"{fell} of {of}" for fell, of in zip(one.falls, one.walks, strict=True)),
             str(one.lost),
         )
@@ -440,15 +438,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--method", action="append", help="only this one; may be repeated")
     parser.add_argument("--seed", type=int, default=0)
     chosen = parser.parse_args(arguments)
-    everyone = subjects(chosen.method)
-    slow = [one for one in everyone if one.pointer is None]
-    fast = max(len(everyone) - len(slow), 1)
+    chosen_subjects = subjects(chosen.method)
+    slow = [one for one in chosen_subjects if one.pointer is None]
+    fast = max(len(chosen_subjects) - len(slow), 1)
     results = []
-    for one in everyone:
+    for one in chosen_subjects:
         if one.pointer is not None:
             share, walks = (1.0 - chosen.slow_share * bool(slow)) / fast, chosen.walks
         else:
-            # Milliseconds a decision, where the others take less than a microsecond.
+            # A decision takes milliseconds instead of less than a microsecond.
             share, walks = chosen.slow_share / len(slow), max(chosen.walks // 50, 2)
         results.append(fuzz(one, math.ceil(share * chosen.observations), walks, chosen.seed))
         for example in results[-1].examples[:5]:

@@ -1,10 +1,10 @@
-"""How much of what can be survived is survived, by robots of no preset.
+"""Share of the causal limit that the unified controller survives, on random robots.
 
-    python benchmarks/push_shares.py [--cells 300] [--first 0] [--acceleration] [--rivals]
+    python benchmarks/push_shares.py [--cells 300] [--first 0] [--acceleration] [--all-methods]
 
 Every cell is a robot, a gait and a push, drawn by its number (`tests/random_cells.py`). The
-impulse is scanned upwards in steps of 2 % of the causal limit, the most that can be survived
-without knowing when the push will end; what counts is the largest below which all are survived.
+impulse is scanned upwards in steps of 2 % of the causal limit (the largest that can be survived
+without knowing when the push will end). The result is the largest below which all are survived.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from random_cells import RandomCell, random_cell
 SHARES = np.arange(0.02, 1.001, 0.02)
 
 GROWTHS = (0.0, 3.0, 5.0, 9.0, 15.0, np.inf)
-"""Bins of tau_nom = e^(omega T_nom), by which the cells are told apart."""
+"""Bins of tau_nom = e^(omega T_nom), by which the cells are grouped."""
 
 
 def survived(cell: RandomCell, controller: sf.Controller, limit: float) -> float:
@@ -38,7 +38,7 @@ def survived(cell: RandomCell, controller: sf.Controller, limit: float) -> float
     return float(SHARES[-1] if settled.all() else np.insert(SHARES, 0, 0.0)[np.argmin(settled)])
 
 
-def rivals(cell: RandomCell, limit: float) -> dict[str, float]:
+def other_methods(cell: RandomCell, limit: float) -> dict[str, float]:
     """The same of every other compiled method that walks on this leg with this sole."""
     found = {}
     for method in methods():
@@ -68,20 +68,20 @@ def main() -> None:
     parser.add_argument("--cells", type=int, default=300)
     parser.add_argument("--first", type=int, default=0, help="number of the first cell")
     parser.add_argument("--acceleration", action="store_true", help="limit the leg's, 20-200 m/s^2")
-    parser.add_argument("--rivals", action="store_true", help="measure the other methods too")
+    parser.add_argument("--all-methods", action="store_true", help="measure the other methods too")
     asked = parser.parse_args()
     shares, growths, others, beaten = [], [], {}, 0
     for seed in range(asked.first, asked.first + asked.cells):
         cell = random_cell(seed, acceleration=asked.acceleration)
-        limit = cell.causal_limit()
+        limit = cell.causal_limit().impulse
         if limit <= 0.0:
             continue
         shares.append(survived(cell, cell.controller(), limit))
         growths.append(cell.gait.growth)
         if shares[-1] < 0.98:
             print(f"cell {seed}: {shares[-1]:.2f}", flush=True)
-        if asked.rivals and cell.whole_sole:
-            found = rivals(cell, limit)
+        if asked.all_methods and cell.whole_sole:
+            found = other_methods(cell, limit)
             for key, share in found.items():
                 others.setdefault(key, []).append(share)
             best = max(found, key=lambda key: found[key], default="")
@@ -98,7 +98,7 @@ def main() -> None:
     for key, found in others.items():
         table.add_row(*row(key, np.array(found)))
     Console().print(table)
-    if asked.rivals:
+    if asked.all_methods:
         print(f"another method survives more in {beaten} cells")
 
 

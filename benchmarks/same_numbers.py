@@ -117,7 +117,7 @@ Answer = Iterator[tuple[str, Any]]
 
 
 def run(command: str, folder: Path) -> str:
-    """What a command says: its exit status and standard output, or its errors if it is misused."""
+    """Output of a command: its exit status and standard output, or its errors if it is misused."""
     for name, text in FILES.items():
         (folder / name).write_text(text)
     done = subprocess.run(
@@ -221,10 +221,10 @@ def walk_of_command(options: str) -> Answer:
 
 
 def noisy_walk(key: str) -> Answer:
-    """Noise, delay, landing errors and an estimator that knows of the delay."""
+    """Noise, delay, landing errors and an estimator that predicts over the delay."""
     robot = sf.load_robot("paper-biped").with_leg(max_speed=3.0)
     controller = CONTROLLERS[key](robot, (0.4, 0.05))
-    wrong = sf.Disturbance(
+    disturbance = sf.Disturbance(
         dcm_noise=0.002, velocity_noise=0.01, delay=0.01, com_offset=(0.003, -0.002),
         landing_error=0.005, seed=7,
     )  # fmt: skip
@@ -232,7 +232,7 @@ def noisy_walk(key: str) -> Answer:
         robot, delay=0.01, filter_time=0.03, bias_time=1.0, period=controller.period
     )
     rollout = sf.simulate(
-        controller, 4.0, [sf.Push(1.3, 0.1, (150.0, 80.0))], disturbance=wrong,
+        controller, 4.0, [sf.Push(1.3, 0.1, (150.0, 80.0))], disturbance=disturbance,
         estimator=estimator, velocity_changes=[(2.0, (0.2, 0.0))],
     )  # fmt: skip
     yield from walked(rollout)
@@ -285,8 +285,8 @@ def answers_of(key: str) -> Answer:
     forces = [(40.0 * i * math.cos(i), 40.0 * i * math.sin(i)) for i in range(12)]
     pushes = [[sf.Push(1.0 + 0.05 * i, 0.2, force)] for i, force in enumerate(forces)]
     walks = sf.Walks(pushes=pushes, seeds=list(range(12)))
-    wrong = sf.Disturbance(dcm_noise=0.001, delay=0.01)
-    yield "batch", sf.simulate_batch(controller, walks, 4.0, workers=1, disturbance=wrong)
+    disturbance = sf.Disturbance(dcm_noise=0.001, delay=0.01)
+    yield "batch", sf.simulate_batch(controller, walks, 4.0, workers=1, disturbance=disturbance)
 
 
 def unified_decisions() -> Answer:

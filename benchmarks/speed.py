@@ -86,7 +86,7 @@ def measure_decisions(report: Report, quick: bool) -> Task:
     )
     tasks = [
         compiled_task("step decision, compiled: around walks", around_walks, target=0.15e-6),
-        compiled_task("step decision, compiled: the hardest that chance finds", hardest),
+        compiled_task("step decision, compiled: the hardest of random ones", hardest),
         *python_tasks(around_walks.take(slice(2048))),
         *libraries,
         *controller_tasks(duration=2.0 if quick else 6.0),

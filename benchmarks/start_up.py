@@ -16,7 +16,7 @@ from rich.console import Console
 from figures import Figure, Report
 
 HEAVY = ("numpy", "numba", "llvmlite", "scipy", "matplotlib", "msgspec", "click", "rich")
-"""Modules worth naming if `import surefoot` loads them."""
+"""Modules that are named if `import surefoot` loads them."""
 
 DECISION = """
 import surefoot as sf
@@ -31,12 +31,12 @@ controller = sf.HybridController(sf.load_robot("paper-biped"), velocity=(0.5, 0.
 print(sf.simulate(controller, duration=2.0).outcome)
 """
 
-WITHOUT_GUESTS = """
+WITHOUT_OPTIONAL = """
 import sys
 for name in ("scipy", "coverage", "yaml"):
     sys.modules[name] = None  # As if it were not installed.
 """
-"""Numba imports these if they are there; an installation of the core has none of them."""
+"""Numba imports these if they are installed; an installation of the core has none of them."""
 
 IMPORT = """
 import sys
@@ -51,8 +51,8 @@ def start_up_figures(report: Report, console: Console, repeats: int) -> list[Fig
     """Wall times of new processes, the interpreter's own start included.
 
     Args:
-        report: where what cannot be measured is said.
-        console: for the line that says what takes so long.
+        report: gets what was not measured.
+        console: prints what takes long.
         repeats: processes of each kind; with fewer than three, no compile cache is emptied.
     """
     python = [sys.executable, "-c"]
@@ -62,7 +62,7 @@ def start_up_figures(report: Report, console: Console, repeats: int) -> list[Fig
         _timed("first decision, warm compile cache", [*python, DECISION], repeats, 1.0),
         _timed(
             "  the same without what the core does not install",
-            [*python, WITHOUT_GUESTS + DECISION],
+            [*python, WITHOUT_OPTIONAL + DECISION],
             repeats,
             1.0,
         ),
@@ -105,7 +105,7 @@ def _timed(
 ) -> Figure:
     """The median wall time of a process.
 
-    Where it misses the target but the time on the processor does not, others had the processor.
+    Not judged where the wall time misses the target but the processor time does not.
     """
     walls, processors = [], []
     for _ in range(repeats):

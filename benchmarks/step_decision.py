@@ -77,7 +77,7 @@ def python_tasks(problems: StepProblems) -> list[Task]:
 
 
 def report_iterations(report: Report, name: str, problems: StepProblems) -> None:
-    """Say how many iterations these problems take, and how many of them violate an offset."""
+    """Report iterations of these problems, and how many of them violate an offset."""
     iterations, violations = iterations_of(problems)
     report.facts[f"iterations, {name}"] = (
         f"{len(problems)} problems, mean {iterations.mean():.2f}, most {iterations.max()} of "

@@ -1,4 +1,4 @@
-"""Step problems to solve: around real walks, and the hardest ones that chance can find."""
+"""Step problems to solve: around real walks, and the hardest of many random ones."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ class StepProblems:
 
 @njit
 def solve_block(table, inputs, solution):
-    """Solve one decision after the other; returns a sum, so that nothing can be left out."""
+    """Solve one decision after the other; returns a sum, so that the compiler keeps every solve."""
     total = 0.0
     for i in range(inputs.shape[0]):
         problem = table[int(inputs[i, 0])]
@@ -119,8 +119,8 @@ def hardest_problems(
 ) -> StepProblems:
     """Of `draws` times as many random decisions those that need the most iterations.
 
-    Weights from zero to a million, boxes from wide to narrow, DCMs from near to lost: bounds meet,
-    offsets are violated, and Newton's method wanders among the kinks.
+    Weights are zero to a million, boxes wide to narrow, DCMs near to far: bounds meet, offsets are
+    violated, and Newton's method needs several kinks.
     """
     table = np.concatenate([_random_problem(rng).array for _ in range(shapes)])
     number = count * draws
@@ -149,7 +149,7 @@ def _decisions(
 
 
 def _random_problem(rng: np.random.Generator) -> sf.StepProblem:
-    """A step problem that no robot would ask for."""
+    """A random step problem, unlike that of a robot."""
     step_min, offset_min = rng.uniform(-0.6, 0.2, 2), rng.uniform(-0.15, 0.05, 2)
     tau_min = math.exp(rng.uniform(0.3, 1.5))
     weights = np.where(rng.random(5) < 0.15, 0.0, 10.0 ** rng.uniform(-2.0, 6.0, 5))

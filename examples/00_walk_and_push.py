@@ -1,8 +1,8 @@
 """Walk at 0.5 m/s, get pushed forward with 35 N s, recover.
 
-One sees each step: which foot stands, how long it lasts, how far forward the other foot lands. The
-third one is longer and quicker than planned, and the gait is back after it. The picture shows the
-walk from above and over time; it needs the extra `plot`.
+The output shows each step: the standing foot, the duration, and how far forward the other foot
+lands. The third step is longer and shorter in time than planned; after it the gait is nominal
+again. The picture shows the walk from above and over time; it needs the extra `plot`.
 
 Usage: python 00_walk_and_push.py [PICTURE]        (walk.png if left out)
 """

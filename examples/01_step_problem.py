@@ -1,9 +1,9 @@
 """Decide where and when to land in a loop of your own: the step problem by itself.
 
-The loop knows the DCM relative to the right foot, which stands, and the time since touchdown. At
-0.2 s something shoves the DCM by 12 cm forward and 3 cm to the right. One sees the nominal step
-until then, and a longer and shorter-lived one after; tau = e^(omega T) for a landing T after the
-touchdown, and the offset is that of the DCM from the foot that lands.
+The loop is given the DCM relative to the right foot, which stands, and the time since touchdown. At
+0.2 s a disturbance moves the DCM by 12 cm forward and 3 cm to the right. The decision is the
+nominal step until then, and a longer step of shorter duration after it. tau = e^(omega T) for a
+landing T after the touchdown; the offset is that of the DCM from the foot that lands.
 """
 
 import math
@@ -53,7 +53,7 @@ while landing - elapsed > 1e-9:
     dcm = tuple(x * math.exp(omega * wait) for x in dcm)
     elapsed += wait
     if math.isclose(elapsed, 0.2):
-        print("shoved")
+        print("disturbed")
         dcm = (dcm[0] + 0.12, dcm[1] - 0.03)
     landing = decide(dcm, elapsed)
 print("landed")

@@ -1,8 +1,8 @@
-"""Describe a robot of your own in one TOML file, then walk it and push it as hard as it can bear.
+"""Describe a robot of your own in one TOML file, then push it just below and just above its limit.
 
-One sees what follows from the file alone: how fast the pendulum falls, how fast the robot can walk,
-and how large a push it can survive at all. The file my-robot.toml is written here so that the
-example is complete; docs/robots.md has every key. All values are SI: kg, m, s.
+The output shows what follows from the file alone: the natural frequency of the pendulum, the
+largest speed, and the theoretical limit of a push. The file my-robot.toml is written here so that
+the example is complete; docs/robots.md has every key. All values are SI: kg, m, s.
 """
 
 from pathlib import Path
@@ -22,7 +22,7 @@ width = 0.09                 # m
 [gait]
 step_duration = [0.25, 0.7]  # s, shortest and longest step
 step_x = [-0.25, 0.35]       # m, backward and forward
-step_y = [-0.1, 0.2]         # m, inward and outward, beside the hip
+step_y = [-0.1, 0.2]         # m, inward and outward, relative to hip
 dcm_offset = [0.08, 0.04]    # m, of the DCM from the foot that lands
 
 [swing]

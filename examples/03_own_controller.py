@@ -1,7 +1,7 @@
 """Write a controller of your own, in plain Python: capture-point steps at fixed times [Pratt2006].
 
-The foot lands where the DCM will then be, less the nominal offset: p_next = dcm(T) - d_nom. One
-sees it recover by the same steps (forward, left) as the compiled method with a point foot.
+The foot lands where the DCM will then be, less the nominal offset: p_next = dcm(T) - d_nom. It
+recovers by the same steps (forward, left) as the compiled method with a point foot.
 """
 
 from dataclasses import dataclass, field, replace
@@ -13,7 +13,7 @@ import surefoot as sf
 
 @dataclass(frozen=True)
 class CaptureSteps:
-    """Implements `sf.Controller`, which says what each method is for; its state stays empty."""
+    """Implements `sf.Controller`, which documents each method; its state is empty."""
 
     robot: sf.Robot
     velocity: tuple[float, float]  # m/s
@@ -52,9 +52,9 @@ class CaptureSteps:
 
 robot = sf.load_robot("paper-biped")
 push = sf.Push(start=1.1, duration=0.2, force=(100.0, 50.0))  # s, s, N
-mine = sf.simulate(CaptureSteps(robot, (0.5, 0.0)), 6.0, [push])
+own = sf.simulate(CaptureSteps(robot, (0.5, 0.0)), 6.0, [push])
 compiled = sf.simulate(sf.CapturePointStepping(robot, (0.5, 0.0), ankle=False), 6.0, [push])
-print("outcome:", mine.outcome.value)
+print("outcome:", own.outcome.value)
 for k in range(1, 6):
-    step, other = mine.footsteps[k].step, compiled.footsteps[k].step
+    step, other = own.footsteps[k].step, compiled.footsteps[k].step
     print("step {}: {:+.3f} {:+.3f} m, compiled {:+.3f} {:+.3f} m".format(k + 1, *step, *other))

@@ -2,8 +2,8 @@
 
 The loop is three lines: read an observation, decide, act. Here the robot is `LipmSimulator`; on a
 real one `observation` comes from your state estimator, and `command` goes to your whole-body
-control. One sees that the loop keeps the clock, and that nothing depends on it: the walk is that of
-`sf.simulate`, to the last bit.
+control. The output shows that the loop keeps real time, and that the walk does not depend on the
+clock: it equals that of `sf.simulate`, to the bit.
 """
 
 import time

@@ -1,9 +1,9 @@
 """Measure how much push a controller survives, in four directions, beside the theoretical limit.
 
-The impulse is scanned upwards until the robot does not recover. One sees it as J [N s], as the
-change of velocity J / m [m/s], and as a share of the largest impulse that ANY policy can survive
-which learns of the push when it starts. The first method moves its landings at fixed times, the
-second decides when to land too, and the third anticipates that the push goes on.
+The impulse is scanned upwards until the robot does not recover. It is printed as J [N s], as the
+change of velocity J / m [m/s], and as a share of the theoretical limit: the largest impulse that
+ANY policy can survive which learns of the push when it starts. The first method adapts the place of
+its landings, the second place and time, and the third also anticipates that the push continues.
 """
 
 import surefoot as sf

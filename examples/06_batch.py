@@ -1,8 +1,8 @@
 """Walk a thousand robots at once: one table, a row for each walk, all cores.
 
-Each robot gets a random push and has a mass of its own, up to 10 % off the one that its controller
-believes in. One sees how many fall, by the impulse of the push, and that a row of the table is, to
-the bit, the walk that `sf.simulate` walks.
+Each robot gets a random push and has its own mass, up to 10 % off the one in its controller's
+model. The output shows how many fall, by the impulse of the push, and that a row of the table
+equals the walk of `sf.simulate`, to the bit.
 """
 
 import numpy as np

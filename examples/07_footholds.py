@@ -1,9 +1,8 @@
 """Give the footholds instead of a velocity: stepping stones, each with its place, heading and time.
 
 The plan of the DCM runs backwards from the last foothold, and the ZMP follows it inside the sole.
-One sees each foot land on its stone, also while the robot is pushed, and behind the last one it
-steps in place. A stone out of reach is refused before the walk begins. The picture needs the extra
-`plot`.
+Each foot lands on its stone, also while the robot is pushed; after the last one the robot steps in
+place. A stone out of reach is refused before the walk begins. The picture needs the extra `plot`.
 
 Usage: python 07_footholds.py [PICTURE]        (footholds.png if left out)
 """

@@ -1,8 +1,8 @@
 """Log a walk to MCAP and load it again: every cycle is kept, to the bit.
 
-Foxglove, PlotJuggler and `ros2 bag` open the same file walk.mcap without a plugin. One sees that
-what was loaded equals what was walked, that a controller decides the same from the log, and what is
-left of a log that was cut short, as by a full disk. It needs the extra `log`.
+Foxglove, PlotJuggler and `ros2 bag` open the same file walk.mcap without a plugin. The output shows
+that the loaded walk equals the original, that a controller decides the same from the log, and what
+is left of a log that was cut short, as by a full disk. It needs the extra `log`.
 """
 
 import warnings
@@ -31,7 +31,7 @@ print("decided again from the log, to the bit:", same)
 file = Path("walk.mcap").read_bytes()
 Path("part.mcap").write_bytes(file[: len(file) // 2])
 with warnings.catch_warnings():
-    warnings.simplefilter("ignore")  # it says that the file is not whole
+    warnings.simplefilter("ignore")  # that the file is not whole
     part = sf.load_rollout("part.mcap")
 first = (part.observations == loaded.observations[: len(part.time)]).all()
 print(f"half of the file: {part.outcome.value}; the cycles before the cut are the same: {first}")

@@ -1,9 +1,9 @@
 """See how close a walk was to falling: the margin of every decision, and the limits it met.
 
-The margin is how far the DCM offset after the next landing is inside of what further steps can
-still save [m]; below 0 the robot falls. One sees it shrink as the push grows, well before the
-outcome changes, and which limits of sole, leg and step shape the decision. Printed is the last
-decision while the push acts; `sf.Limit` says what each limit is.
+The margin is the distance of the DCM offset after the next landing from the edge of what further
+steps can still save [m]; below 0 the robot falls. It decreases as the push grows, well before the
+outcome changes. Printed is the last decision while the push acts, with the active limits of sole,
+leg and step, which `sf.Limit` documents.
 """
 
 import surefoot as sf
@@ -17,7 +17,7 @@ for impulse in (0.0, 40.0, 80.0, 100.0, 110.0, 115.0, 120.0, 130.0):  # N s, for
     pushes = [sf.Push(START, DURATION, (impulse / DURATION, 0.0))] if impulse else []
     rollout = sf.simulate(controller, duration=6.0, pushes=pushes)
 
-    # A rollout keeps what was seen, not why: the same controller decides every cycle again.
+    # A rollout keeps observations, not margins: the same controller decides every cycle again.
     decided = sf.decisions(controller, rollout)
     last = decided[rollout.time < START + DURATION][-1]
     limits = sf.Limit(int(last["active"]))

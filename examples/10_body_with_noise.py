@@ -1,9 +1,9 @@
 """Walk a body in physics on an estimate from noisy sensors.
 
 The body has joints, motors and contacts; its encoders, inertial unit and load cells are noisy and
-late. One sees that it walks, a little too fast while it makes up for its start, and how far the
-estimated DCM is from the true one: the controller is given the estimate, the recording has both. It
-needs the extra `mujoco`.
+late. The output shows the speed, a little too high while the robot makes up for its start, and the
+difference of the estimated from the true DCM: the controller is given the estimate, the recording
+has both. It needs the extra `mujoco`.
 """
 
 import numpy as np
@@ -11,13 +11,13 @@ import numpy as np
 import surefoot as sf
 
 multibody = sf.load_multibody(sf.load_robot("paper-biped"))
-believed = sf.walking_robot(multibody)  # the point mass that the controller plans with
-controller = sf.body_controller("unified", believed, velocity=(0.3, 0.0))
+point_mass = sf.walking_robot(multibody)  # the model that the controller plans with
+controller = sf.body_controller("unified", point_mass, velocity=(0.3, 0.0))
 control = sf.body_control(controller, multibody)
 
-usual = sf.BodyNoise.of(believed, seed=3)
+usual = sf.BodyNoise.of(point_mass, seed=3)
 noisy = sf.BodyNoise.of(
-    believed,
+    point_mass,
     encoder=3.0 * usual.encoder,  # rad
     rate=3.0 * usual.rate,  # rad/s, of the joints
     gyro=3.0 * usual.gyro,  # rad/s

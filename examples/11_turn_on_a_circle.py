@@ -1,8 +1,7 @@
 """Walk a body on a circle: a velocity forward and a rate of turn.
 
-One sees the feet go round: their middle stays on a circle of radius speed / rate of turn, and the
-robot ends on its course. The picture shows the circle from above. It needs the extras `mujoco` and
-`plot`.
+The middle of the feet stays on a circle of radius speed / rate of turn, and the robot ends on its
+course. The picture shows the circle from above. It needs the extras `mujoco` and `plot`.
 
 Usage: python 11_turn_on_a_circle.py [PICTURE]        (circle.png if left out)
 """

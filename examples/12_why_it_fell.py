@@ -1,7 +1,7 @@
-"""Find out why a body fell: what went wrong first, when it began, and how it ended.
+"""Find the cause of a fall of a body: what happened first, when, and how the walk ended.
 
-Four walks: a push that the body survives, ice, and two pushes that are too strong. One sees that a
-fall is a result, not an error, and that each has its own cause. It needs the extra `mujoco`.
+Four walks: a push that the body survives, ice, and two pushes that are too strong. A fall is a
+result, not an error, and each of these has its own cause. It needs the extra `mujoco`.
 """
 
 import surefoot as sf
@@ -30,5 +30,5 @@ for name, (impulse, friction) in WALKS.items():
     print(f"{name}: {rollout.outcome.value}")
     if fall is not None:
         print(f"  cause: {fall.cause.value}, at {fall.time:.2f} s")
-        print(f"  seen: {fall.words}")
+        print(f"  observed: {fall.words}")
         print(f"  end: at {fall.end:.2f} s {fall.ending}")

@@ -1,8 +1,8 @@
 """Give the controller a DCM that is late, and an estimator that predicts over the delay.
 
-A push that is sensed late has moved the DCM on before the controller knows of it. One sees what a
-delay costs, as the smallest push forward that fells the robot, and how much of it an estimator,
-which predicts the motion of the pendulum over the delay, gains back.
+With late sensors a push has already moved the DCM when the controller is given it. The output shows
+the smallest failing push forward for each delay, and how much of the loss is recovered by an
+estimator, which predicts the motion of the pendulum over the delay.
 """
 
 import surefoot as sf
@@ -20,7 +20,7 @@ for delay in (0.0, 0.010, 0.020, 0.040):  # s
             direction=(1.0, 0.0),
             disturbance=late,
             estimator=between,
-            must_settle=False,  # what counts is whether it falls
+            must_settle=False,  # a push fails only by a fall
         )
         for between in (None, estimator)
     )

@@ -3,7 +3,7 @@
 The blocks of a page run in order, in one directory and one Python namespace. A python block that is
 directly followed by a text block must print just that. A toml or python block whose first line is a
 comment with a file name is written to that file instead. Of the shell blocks, the lines that call
-surefoot are run; one that is to fail says so at its end: `# exits with 1`.
+surefoot are run; a comment `# exits with 1` at the end gives the expected exit status.
 """
 
 from __future__ import annotations
@@ -79,9 +79,9 @@ def run_commands(block: Block, folder: Path) -> None:
     surefoot = Path(sysconfig.get_path("scripts")) / "surefoot"
     for words, status in commands_of(block):
         done = subprocess.run([surefoot, *words], cwd=folder, capture_output=True, text=True)
-        told = f"surefoot {shlex.join(words)}\n{done.stdout}{done.stderr}"
-        assert done.returncode == status, told
-        assert "Traceback" not in done.stderr, told
+        output = f"surefoot {shlex.join(words)}\n{done.stdout}{done.stderr}"
+        assert done.returncode == status, output
+        assert "Traceback" not in done.stderr, output
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)

@@ -18,9 +18,8 @@ from playwright.sync_api import Page, sync_playwright
 
 import surefoot as sf
 from surefoot.cli.live import figure_of, live_menu, make_walk
-from surefoot.live.page import LivePage
+from surefoot.live.page import LivePage, page_server, url_of
 from surefoot.live.run import Choice, LiveRun
-from surefoot.live.server import page_server, url_of
 
 SIZE = {"width": 1400, "height": 860}
 FLAGS = ["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--no-sandbox"]
@@ -32,7 +31,7 @@ COLOURS = 255
 
 
 def push_and_stop(run: LiveRun, page: LivePage) -> None:
-    """Time stands still during the push, so that a slow browser shows that moment."""
+    """Pause the walk during the push, so that a slow browser shows that moment."""
     run.paused = True
     while not 0.1 < run.walk.snapshot().observation["elapsed"] < 0.12:
         run.advance(0.01)
@@ -43,12 +42,12 @@ def push_and_stop(run: LiveRun, page: LivePage) -> None:
 
 
 def take(tab: Page, path: Path) -> None:
-    """The tab as a picture, without what the browser has to say of itself."""
+    """The tab as a picture, without the notifications of the browser."""
     for button in tab.locator("[class*=Notification-closeButton]").all():
         button.click()
     tab.wait_for_timeout(8000)
     tab.screenshot(path=path)
-    # All that is drawn is of few colours: a palette is a third of the size.
+    # The page has few colours: with a palette the file is a third of the size.
     Image.open(path).convert("RGB").quantize(COLOURS).save(path, optimize=True)
 
 

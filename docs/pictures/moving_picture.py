@@ -1,4 +1,4 @@
-"""Film the live page for the README: a walk, a push, the recovery, and a rival that falls.
+"""Film the live page for the README: a walk, a push, the recovery, and a second robot that falls.
 
 Run: python docs/pictures/moving_picture.py docs/pictures/walk.gif
 It needs the extras `live` and `plot`, Pillow, Playwright and a Chromium.
@@ -20,20 +20,19 @@ from PIL import Image, ImageDraw, ImageFont
 from playwright.sync_api import sync_playwright
 
 from surefoot.cli.live import figure_of, live_menu, make_walk
-from surefoot.live.page import LivePage
+from surefoot.live.page import LivePage, page_server, stop, url_of
 from surefoot.live.run import Choice, LiveRun
-from surefoot.live.server import page_server, stop, url_of
 from surefoot.worlds.steering import Steering
 
 CHOICE, VELOCITY = Choice(controller="unified", ghost="tracking"), (0.4, 0.0)
 PUSHES = {0.8: (0.0, 60.0), 2.8: (90.0, 40.0)}
-"""When [s], where to, counter-clockwise from forward [deg], and how much [N s]."""
+"""Time [s]: direction, counter-clockwise from forward [deg], and impulse [N s]."""
 
 LASTS, SLOWER, FRAMES_PER_SECOND = 4.4, 2.0, 10
-"""Of the walk [s]; seconds of the film for one of the walk; pictures a second."""
+"""Length of the walk [s]; seconds of the film for one of the walk; pictures a second."""
 
 WIDTH, HEIGHT, CAPTION = 640, 330, 56
-"""Of the picture, and of the words under it [pixel]."""
+"""Size of the picture, height of the sentence below it [pixel]."""
 
 CAMERA, LOOK_AT = (1.2, -1.75, 0.8), (0.05, 0.2, 0.47)
 
@@ -82,7 +81,7 @@ def film(tab: Any, server: Any, run: LiveRun, page: LivePage) -> list[Image.Imag
 
 
 def rendered(tab: Any, client: Any) -> np.ndarray:
-    """What the tab draws after all that it was told."""
+    """The picture of the tab after all updates."""
     found: list[np.ndarray] = []
     one = threading.Thread(
         target=lambda: found.append(

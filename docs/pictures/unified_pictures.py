@@ -19,7 +19,7 @@ import surefoot as sf
 from surefoot.show import palette
 from surefoot.show.decisions import DecidedWalk, draw_decisions
 from surefoot.show.picture_file import write_picture
-from surefoot.studies.engine.push_answer import answer
+from surefoot.studies.engine.pushed_walk import answer
 
 START, DURATION, PHASE, LEG_SPEED = 1.1, 0.2, 0.1, 3.0
 FORWARD = (1.0, 0.0)
@@ -31,7 +31,7 @@ PLOTS = {
     "landing": ("change of a landing,\nlargest [mm]", 320.0),
     "timing": ("change of a landing\ntime, largest [ms]", 350.0),
 }
-"""What is drawn against the impulse: label and upper end, in thousandths."""
+"""Quantities drawn over the impulse: label and upper end, in thousandths."""
 
 
 def main(folder: Path) -> None:
@@ -58,7 +58,7 @@ def forward(impulse: float) -> sf.Push:
 
 
 def answers_figure(unified: sf.Controller, hybrid: sf.Controller, limit: float) -> Figure:
-    """What moves, and how much, from no push to the largest that can be survived."""
+    """The quantities of `PLOTS` from no push to the largest that can be survived."""
     figure = Figure(figsize=(11.0, 3.6), facecolor="white")
     axes = figure.subplots(1, len(PLOTS))
     figure.subplots_adjust(left=0.075, right=0.99, top=0.86, bottom=0.15, wspace=0.33)
@@ -83,16 +83,16 @@ def answers_figure(unified: sf.Controller, hybrid: sf.Controller, limit: float) 
 
 
 def draw_answers(
-    axes: list[Axes], controller: sf.Controller, limit: float, label: str, **look: Any
+    axes: list[Axes], controller: sf.Controller, limit: float, label: str, **style_of_line: Any
 ) -> None:
-    """A line up to the first fall, which is marked."""
+    """Draw a line up to the first fall, which is marked."""
     impulses = np.append(np.arange(0.0, limit - 0.5, 2.0), 0.99 * limit)
     answers = [(impulse, answer(controller, forward(impulse))) for impulse in impulses]
     lost = [n for n, (_, one) in enumerate(answers) if not one.survived]
     kept = answers[: lost[0]] if lost else answers
     for ax, quantity in zip(axes, PLOTS, strict=True):
         values = [1e3 * getattr(one, quantity) for _, one in kept]
-        (line,) = ax.plot([impulse for impulse, _ in kept], values, label=label, **look)
+        (line,) = ax.plot([impulse for impulse, _ in kept], values, label=label, **style_of_line)
         ax.plot(
             kept[-1][0], values[-1], "x" if lost else "o", color=line.get_color(), markersize=7.0,
             markeredgewidth=2.0, clip_on=False, zorder=4.0,
