@@ -193,7 +193,7 @@ def test_left_and_right_are_the_same(multibody: Multibody, seed: int) -> None:
         mirror[name][0, 1] *= -1.0
     found = []
     for turned in (False, True):
-        mapping, memory = ComJacobian(multibody), None
+        mapping, memory, command = ComJacobian(multibody), {}, None
         if turned:
             position, velocity = (
                 mirrored(multibody, position, False),
@@ -203,6 +203,7 @@ def test_left_and_right_are_the_same(multibody: Multibody, seed: int) -> None:
         for _ in range(3):
             mechanics.update(position, velocity)
             command, memory = mapping.joints(mechanics, wanted, loads, memory)
+        assert command is not None
         found.append((command.position.copy(), command.velocity.copy()))
     names = multibody.joint_names
     for number, name in enumerate(names):
@@ -274,7 +275,7 @@ def test_a_body_rises_on_straight_legs_and_sinks_again(multibody: Multibody) -> 
 
     def watch(world: BodyWorld) -> None:
         control.limits["height"] = height * (1.12 if 1.0 < world.time < 3.0 else 1.0)
-        sent = world.state.joints.sent
+        sent = world.state.joints["sent"]
         bend = float(control.mechanics.position[knees].min())
         found.append((control.mechanics.com[2], bend, float(np.abs(sent[MOVING]).max())))
 
@@ -291,7 +292,7 @@ def test_a_body_rises_on_straight_legs_and_sinks_again(multibody: Multibody) -> 
 def test_a_state_that_is_no_number_leaves_the_servos_where_they_are(multibody: Multibody) -> None:
     mechanics, mapping = Mechanics(multibody), ComJacobian(multibody)
     reference, forces = random_reference(0, (1, 0)), np.array((600.0, 0.0))
-    command, memory = mapping.joints(mechanics, reference, forces, None)
+    command, memory = mapping.joints(mechanics, reference, forces, {})
     sent = command.position.copy()
     mechanics.com[0] = np.nan
     command, after = mapping.joints(mechanics, reference, forces, memory)
@@ -300,7 +301,7 @@ def test_a_state_that_is_no_number_leaves_the_servos_where_they_are(multibody: M
     assert np.all(command.velocity == 0.0)
     assert np.all(command.torque == 0.0)
     assert np.all(command.stiffness > 0.0)
-    assert np.array_equal(after.desired, memory.desired)
+    assert np.array_equal(after["desired"], memory["desired"])
 
 
 @pytest.fixture(scope="module")
@@ -313,7 +314,7 @@ def test_it_walks_on_its_estimate(control: sf.BodyControl) -> None:
     sent: list[NDArray[np.float64]] = []
 
     def watch(world: BodyWorld) -> None:
-        sent.append(world.state.joints.sent[SENT].copy())
+        sent.append(world.state.joints["sent"][SENT].copy())
 
     rollout = sf.simulate_body(control, 9.0, watch=watch)
     assert rollout.outcome is sf.Outcome.WALKED
@@ -338,7 +339,7 @@ def test_a_fork_goes_on_as_the_walk_does(control: sf.BodyControl) -> None:
             one.observe()
             one.decide()
             one.act()
-    assert np.array_equal(world.state.joints.sent, other.state.joints.sent)
+    assert np.array_equal(world.state.joints["sent"], other.state.joints["sent"])
     assert world.state.walk["steps"][0] > 0
 
 

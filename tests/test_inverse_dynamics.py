@@ -26,7 +26,7 @@ def test_the_motion_is_the_mechanisms_own(
 ) -> None:
     mapping, mechanics = InverseDynamics(multibody), Mechanics(multibody)
     mechanics.update(*random_state(multibody, seed))
-    command, _ = mapping.joints(mechanics, random_reference(seed, stands), UNUSED)
+    command, _ = mapping.joints(mechanics, random_reference(seed, stands), UNUSED, {})
     answer = mapping.answer()
     force = np.zeros(multibody.model.nv)
     for wrench, side in zip(answer.wrenches, np.flatnonzero(stands), strict=True):
@@ -49,7 +49,7 @@ def test_friction_soles_and_torques_are_respected(
 ) -> None:
     mapping, mechanics = InverseDynamics(multibody, friction=0.5), Mechanics(multibody)
     mechanics.update(*random_state(multibody, seed))
-    command, _ = mapping.joints(mechanics, random_reference(seed, stands), UNUSED)
+    command, _ = mapping.joints(mechanics, random_reference(seed, stands), UNUSED, {})
     half = np.array(multibody.robot.foot.half) * mapping.sole_part
     for wrench in mapping.answer().wrenches:
         up = wrench[2]
@@ -69,13 +69,13 @@ def test_left_and_right_are_the_same(multibody: Multibody, seed: int) -> None:
     mechanics, reference = Mechanics(multibody), random_reference(seed, (1, 0))
     position, velocity = random_state(multibody, seed)
     mechanics.update(position, velocity)
-    torque = InverseDynamics(multibody).joints(mechanics, reference, UNUSED)[0].torque.copy()
+    torque = InverseDynamics(multibody).joints(mechanics, reference, UNUSED, {})[0].torque.copy()
     mirror = reference.copy()
     mirror["stands"] = (0, 1)
     for name in ("zmp", "com_acceleration", "swing_foot", "swing_foot_acceleration"):
         mirror[name][0, 1] *= -1.0
     mechanics.update(mirrored(multibody, position, False), mirrored(multibody, velocity, True))
-    other = InverseDynamics(multibody).joints(mechanics, mirror, UNUSED)[0].torque
+    other = InverseDynamics(multibody).joints(mechanics, mirror, UNUSED, {})[0].torque
     names = multibody.joint_names
     for number, name in enumerate(names):
         side, partner = ("left", "right") if name.startswith("left") else ("right", "left")
@@ -106,7 +106,7 @@ def test_the_soles_jacobian_is_the_derivative_of_their_place(multibody: Multibod
 def test_a_standing_body_carries_its_weight(multibody: Multibody) -> None:
     mapping, reference = InverseDynamics(multibody), np.zeros(1, BODY_REFERENCE)
     reference["stands"] = 1
-    mapping.joints(Mechanics(multibody), reference, UNUSED)
+    mapping.joints(Mechanics(multibody), reference, UNUSED, {})
     weight = multibody.mass * 9.80665
     assert mapping.answer().wrenches[:, 2].sum() == pytest.approx(weight, rel=1e-3)
 

@@ -28,7 +28,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cache
-from typing import NamedTuple, Self
+from typing import Self
 
 import numba
 import numpy as np
@@ -42,7 +42,7 @@ from surefoot.record import field as value
 from surefoot.robot.floor import TIME_STEP
 from surefoot.robot.multibody import Multibody
 from surefoot.robot.own_units import OwnUnits
-from surefoot.worlds.body.interface import BODY_REFERENCE, JointCommand
+from surefoot.worlds.body.interface import BODY_REFERENCE, JointCommand, JointMemory
 from surefoot.worlds.body.mechanics import MOTION, Mechanics
 from surefoot.worlds.body.resolved_velocity import (
     LEG,
@@ -110,18 +110,6 @@ class Desired(Record):
 
 LAW, DESIRED = Law.DTYPE, Desired.DTYPE
 """The same for kernels, which know no classes."""
-
-
-class ServoMemory(NamedTuple):
-    """What a `ComJacobian` remembers; a value.
-
-    Attributes:
-        sent: of the servos, shape (4, n), see `servos.POSTURE`.
-        desired: a `Desired` record, shape (1,).
-    """
-
-    sent: NDArray[np.float64]
-    desired: NDArray[np.void]
 
 
 @njit
@@ -289,21 +277,25 @@ class ComJacobian:
         """The same with room of its own to work in."""
         return replace(self)
 
-    def start(self) -> None:
-        """Nothing: the servos begin where the joints are."""
+    def start(self) -> JointMemory:
+        """Nothing: the servos begin where the joints are.
+
+        After the first cycle it is `sent`, of the servos, shape (4, n), see `servos.POSTURE`, and
+        `desired`, a `Desired` as an array, shape (1,).
+        """
+        return {}
 
     def joints(
         self,
         mechanics: Mechanics,
         reference: NDArray[np.void],
         forces: NDArray[np.float64],
-        memory: ServoMemory | None,
-    ) -> tuple[JointCommand, ServoMemory]:
+        memory: JointMemory,
+    ) -> tuple[JointCommand, JointMemory]:
         """Positions and velocities of the servos, one period on; they rest if there are none."""
         s, m = self._workspace, mechanics
-        if memory is None:
-            memory = self._begin(m)
-        sent, desired = memory.sent.copy(), copy_array(memory.desired)
+        before = memory or self._begin(m)
+        sent, desired = before["sent"].copy(), copy_array(before["desired"])
         m.com_jacobian(s.com_jacobian)
         s.cycle(
             *s.fixed, reference, m.motion, m.position, m.velocity, m.sole_jacobian,
@@ -312,15 +304,15 @@ class ComJacobian:
         command = s.command
         command.status = int(np.isfinite(s.solution[0]))
         if not command.status:
-            sent, desired = memory.sent.copy(), memory.desired
+            sent, desired = before["sent"].copy(), before["desired"]
             sent[MOVING:] = 0.0
         command.position[:], command.velocity[:] = sent[SENT], sent[MOVING]
         command.acceleration[self.multibody.motor_dofs] = sent[EXPECT]
-        return command, ServoMemory(sent, desired)
+        return command, {"sent": sent, "desired": desired}
 
-    def _begin(self, mechanics: Mechanics) -> ServoMemory:
+    def _begin(self, mechanics: Mechanics) -> JointMemory:
         sent, desired = np.zeros((4, len(self.multibody.motors))), new_array(DESIRED)
         sent[[POSTURE, SENT]] = mechanics.position[self.multibody.motor_positions]
         desired["com"], desired["com_velocity"] = mechanics.com, mechanics.com_velocity
         desired["shares"] = 0.5
-        return ServoMemory(sent, desired)
+        return {"sent": sent, "desired": desired}

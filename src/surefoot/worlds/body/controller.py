@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any, Self
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,7 +30,12 @@ from surefoot.robot.feet import Side
 from surefoot.robot.legs import find_legs
 from surefoot.robot.multibody import Multibody
 from surefoot.worlds.body.course import Course, CourseController, VelocityCorrection
-from surefoot.worlds.body.interface import BODY_REFERENCE, JointCommand, JointMapping
+from surefoot.worlds.body.interface import (
+    BODY_REFERENCE,
+    JointCommand,
+    JointMapping,
+    JointMemory,
+)
 from surefoot.worlds.body.mechanics import Mechanics
 from surefoot.worlds.body.step import (
     BODY_WALK,
@@ -83,7 +88,7 @@ class BodyState:
     memory: NDArray[np.void] | None
     observation: Observation
     command: Command
-    joints: Any
+    joints: JointMemory
     course: Course
     correction: VelocityCorrection
     slow_steps: int = 0

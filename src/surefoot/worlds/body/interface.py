@@ -68,6 +68,11 @@ class JointCommand:
         self.status = 1
 
 
+JointMemory = dict[str, NDArray[Any]]
+"""What a mapping remembers from cycle to cycle, arrays by name, never changed in place; empty if
+nothing."""
+
+
 class JointMapping(Protocol):
     """Anything that turns a reference into motor commands.
 
@@ -75,8 +80,8 @@ class JointMapping(Protocol):
     for robots with position servos; `worlds.body.mapping` finds them by name.
     """
 
-    def start(self) -> Any:
-        """What it remembers before the first cycle of a walk; None if it remembers nothing."""
+    def start(self) -> JointMemory:
+        """What it remembers before the first cycle of a walk."""
         ...
 
     def joints(
@@ -84,8 +89,8 @@ class JointMapping(Protocol):
         mechanics: Mechanics,
         reference: NDArray[np.void],
         forces: NDArray[np.float64],
-        memory: Any,
-    ) -> tuple[JointCommand, Any]:
+        memory: JointMemory,
+    ) -> tuple[JointCommand, JointMemory]:
         """The command for one cycle, and what to remember; never raises.
 
         Args:

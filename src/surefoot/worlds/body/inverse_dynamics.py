@@ -23,7 +23,7 @@ from surefoot.record import new_array
 from surefoot.robot.legs import find_knees
 from surefoot.robot.motors import torque_range
 from surefoot.robot.multibody import Multibody
-from surefoot.worlds.body.interface import BODY_REFERENCE, JointCommand
+from surefoot.worlds.body.interface import BODY_REFERENCE, JointCommand, JointMemory
 from surefoot.worlds.body.mechanics import MOTION, Mechanics
 from surefoot.worlds.body.tasks import (
     FREE,
@@ -344,16 +344,17 @@ class InverseDynamics:
         motors["speed"] = np.minimum(multibody.speed, 1e9)
         return motors
 
-    def start(self) -> None:
-        """It remembers nothing that its answer depends on."""
+    def start(self) -> JointMemory:
+        """Nothing that its answer depends on."""
+        return {}
 
     def joints(
         self,
         mechanics: Mechanics,
         reference: NDArray[np.void],
         forces: NDArray[np.float64],
-        memory: None = None,
-    ) -> tuple[JointCommand, None]:
+        memory: JointMemory,
+    ) -> tuple[JointCommand, JointMemory]:
         """The torques for one cycle, and the accelerations that they are expected to cause.
 
         What the ground pushes is decided here, and `forces` not asked for.
@@ -372,7 +373,7 @@ class InverseDynamics:
             s.torques(s.robot, state, solver.program.matrix, solution, s.command.torque)
             s.command.acceleration[:] = solution[: len(m.velocity)]
             s.solution, s.multipliers, s.count = solution, about["lam"], left + right
-        return s.command, None
+        return s.command, memory
 
     def fresh(self) -> Self:
         """The same with a solver that remembers nothing."""
