@@ -23,7 +23,7 @@ from surefoot.record import new_array
 from surefoot.robot.legs import find_knees
 from surefoot.robot.motors import torque_range
 from surefoot.robot.multibody import Multibody
-from surefoot.worlds.body.interface import BODY_REFERENCE, JointCommand
+from surefoot.worlds.body.interface import BODY_REFERENCE, JointCommand, JointMemory
 from surefoot.worlds.body.mechanics import MOTION, Mechanics
 from surefoot.worlds.body.tasks import (
     FREE,
@@ -344,8 +344,18 @@ class InverseDynamics:
         motors["speed"] = np.minimum(multibody.speed, 1e9)
         return motors
 
-    def joints(self, mechanics: Mechanics, reference: NDArray[np.void]) -> JointCommand:
-        """The torques for one cycle, and the accelerations that they are expected to cause."""
+    def start(self) -> JointMemory:
+        """Nothing that its answer depends on."""
+        return {}
+
+    def joints(
+        self,
+        mechanics: Mechanics,
+        reference: NDArray[np.void],
+        forces: NDArray[np.float64],
+        memory: JointMemory,
+    ) -> tuple[JointCommand, JointMemory]:
+        """The torques for one cycle, and what they should cause; `forces` are not asked for."""
         s, m = self._workspace, mechanics
         left, right = reference["stands"][0].tolist()
         solver = s.solvers.get((left, right))
@@ -360,7 +370,7 @@ class InverseDynamics:
             s.torques(s.robot, state, solver.program.matrix, solution, s.command.torque)
             s.command.acceleration[:] = solution[: len(m.velocity)]
             s.solution, s.multipliers, s.count = solution, about["lam"], left + right
-        return s.command
+        return s.command, memory
 
     def fresh(self) -> Self:
         """The same with a solver that remembers nothing."""
