@@ -12,6 +12,7 @@ from typing import Any
 import click
 
 from surefoot.errors import ParameterError
+from surefoot.worlds.body.mapping import USUAL_MAPPING
 
 robot_option = click.option(
     "--robot",
@@ -32,8 +33,22 @@ class _MethodOption(click.Option):
         return super().get_help_record(ctx)
 
 
+class _MappingOption(click.Option):
+    """Likewise the mappings of a body."""
+
+    def get_help_record(self, ctx: click.Context) -> tuple[str, str] | None:
+        from surefoot.worlds.body.mapping import mapping_names
+
+        names = ", ".join(mapping_names())
+        self.help = f"Body: what moves its joints: {names}; or module:Class."
+        return super().get_help_record(ctx)
+
+
 controller_option = click.option(
     "--controller", default="unified", show_default=True, metavar="METHOD", cls=_MethodOption
+)
+mapping_option = click.option(
+    "--mapping", default=USUAL_MAPPING, show_default=True, metavar="NAME", cls=_MappingOption
 )
 settings_option = click.option(
     "--settings",

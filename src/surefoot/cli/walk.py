@@ -25,6 +25,7 @@ from surefoot.options import (
     controller_option,
     given,
     json_option,
+    mapping_option,
     print_json,
     read_settings,
     refuse_of_other_world,
@@ -120,6 +121,7 @@ OPTION_OF = {"project_zmp": "--unprojected", "double_support": "--double-support
     is_flag=True,
     help="Let the ZMP of tracking leave the foot, as the paper's figures do.",
 )
+@mapping_option
 @click.option(
     "--truth",
     is_flag=True,
@@ -219,7 +221,7 @@ def walk(
     robot: str, velocity: tuple[float, float], changes: tuple[str, ...],
     footholds: Path | None, controller: str, settings: Path | None, simulator: str, duration: float,
     pushes: tuple[str, ...], leg_speed: float | None, leg_acceleration: float | None,
-    double_support: float, unprojected: bool, truth: bool, turning: float,
+    double_support: float, unprojected: bool, mapping: str, truth: bool, turning: float,
     stand_at: float | None, friction: float, payload: float, mass_error: float, bumps: float,
     delay: float, seed: int, plot: Path | None, decision_plot: Path | None, video: Path | None,
     save: Path | None, dump: Path | None, as_json: bool,
@@ -243,7 +245,8 @@ def walk(
             robot, key, parameters,
             velocity if given("velocity") else BODY_VELOCITY, velocities,
             duration if given("duration") else BODY_DURATION, forces, leg_speed, leg_acceleration,
-            truth, turning, stand_at, World(friction, payload, mass_error, bumps, delay, seed),
+            mapping, truth, turning, stand_at,
+            World(friction, payload, mass_error, bumps, delay, seed),
         )  # fmt: skip
         check_body_walk(body_walk)
         _check_outputs([plot], video, save, dump)

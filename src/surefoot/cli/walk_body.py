@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from surefoot.worlds.steering import Steering
 
 OF_BODY = {
+    "mapping": "--mapping",
     "truth": "--truth",
     "turning": "--turning",
     "stand_at": "--stand-at",
@@ -97,6 +98,7 @@ class BodyWalk:
     pushes: list[Push]
     leg_speed: float | None
     leg_acceleration: float | None
+    mapping: str
     truth: bool
     turning: float
     stand_at: float | None
@@ -111,7 +113,9 @@ def check_body_walk(walk: BodyWalk) -> None:
         MissingExtraError: physics is not installed.
     """
     from surefoot.checks import optional_module
+    from surefoot.worlds.body.mapping import check_mapping
 
+    check_mapping(walk.mapping)
     if walk.truth and given("delay"):
         raise ParameterError(
             "--delay without --truth: the true state is never late",
@@ -156,7 +160,7 @@ def make_control(walk: BodyWalk) -> BodyControl:
         max_speed=walk.leg_speed, max_acceleration=walk.leg_acceleration
     )
     controller = body_controller(walk.controller, believed, walk.velocity, **walk.parameters)
-    return body_control(controller, multibody)
+    return body_control(controller, multibody, walk.mapping)
 
 
 def route_of(walk: BodyWalk) -> list[tuple[float, Steering]]:

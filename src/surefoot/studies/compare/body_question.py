@@ -31,6 +31,8 @@ from surefoot.studies.engine.pushed_body import (
 )
 from surefoot.studies.engine.pushed_walk import check_count, find_named
 from surefoot.studies.engine.study import Study
+from surefoot.worlds.body.gait import body_control
+from surefoot.worlds.body.mapping import USUAL_MAPPING, check_mapping
 from surefoot.worlds.body.plant import Surroundings
 from surefoot.worlds.body.sensors import BodyNoise
 
@@ -60,6 +62,7 @@ class BodyStudy(Study):
         robot: that walks; it has a `[body]`.
         velocity: commanded [m/s].
         methods: keys of `BODY_METHODS`.
+        mapping: what moves the joints, see `worlds.body.mapping`.
 
     Raises:
         ParameterError: an argument is out of range, or there is nothing to measure.
@@ -67,6 +70,7 @@ class BodyStudy(Study):
 
     velocity: tuple[float, float] = (0.3, 0.0)
     methods: tuple[str, ...] = tuple(one.key for one in BODY_METHODS)
+    mapping: str = USUAL_MAPPING
 
     KEEP_EVERY: ClassVar = 0.0
     LIBRARIES: ClassVar = ("mujoco", "daqp", "numpy", "numba")
@@ -74,6 +78,7 @@ class BodyStudy(Study):
     def __post_init__(self) -> None:
         for key in self.methods:
             body_method(key)
+        check_mapping(self.mapping)
         check_pair("velocity", self.velocity, -math.inf, "m/s")
         _check_keys("methods", self.methods)
 
@@ -84,6 +89,7 @@ class BodyStudy(Study):
             "robot file": hashlib.sha256(msgspec.json.encode(self.robot)).hexdigest()[:16],
             "mass": f"{mechanism_of(self.robot).mass:.4g} kg",
             "velocity": f"{vx:g}, {vy:g} m/s",
+            "joints": self.mapping,
         }
 
     def check(self) -> None:
@@ -132,7 +138,13 @@ class BodyPushes(BodyStudy):
     def walk(self, cell: BodyPush) -> PushedBody:
         """The walk that is pushed in a cell."""
         return PushedBody(
-            self.robot, cell.method, cell.foot, cell.phase, self.velocity, self.estimate
+            self.robot,
+            cell.method,
+            cell.foot,
+            cell.phase,
+            self.velocity,
+            self.estimate,
+            self.mapping,
         )
 
     def cell(self, row: Row) -> BodyPush:
@@ -152,6 +164,7 @@ class BodyPushes(BodyStudy):
         """See `Study`."""
         return {
             "velocity": list(self.velocity),
+            "mapping": self.mapping,
             "step": self.step,
             "largest": self.largest,
             "estimate": self.estimate,
@@ -311,8 +324,11 @@ class BodyWalks(BodyStudy):
         """See `measure_walk`."""
         disturbance = body_disturbance(cell.condition)
         return measure_walk(
-            controller_of(self.robot, cell.method, self.velocity),
-            mechanism_of(self.robot),
+            body_control(
+                controller_of(self.robot, cell.method, self.velocity),
+                mechanism_of(self.robot),
+                self.mapping,
+            ),
             self.duration,
             disturbance.surroundings(cell.seed),
             disturbance.noise(cell.seed),
@@ -320,7 +336,11 @@ class BodyWalks(BodyStudy):
 
     def common(self) -> dict[str, Any]:
         """See `Study`."""
-        return {"velocity": list(self.velocity), "duration": self.duration}
+        return {
+            "velocity": list(self.velocity),
+            "mapping": self.mapping,
+            "duration": self.duration,
+        }
 
     def provenance(self) -> dict[str, str]:
         """See `Study`."""

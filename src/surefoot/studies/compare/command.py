@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from surefoot.options import check_plotting, given, json_option
+from surefoot.options import check_plotting, given, json_option, mapping_option
 from surefoot.studies.compare.command_body import (
     BODY_STEP,
     BODY_VELOCITY,
@@ -83,6 +83,7 @@ FULL_SPEEDS, FULL_DURATIONS = (2.0, 3.0, 4.0, 6.0, math.inf), (0.1, 0.2, 0.4)
     "--duration", type=float, default=20.0, show_default=True, metavar="S",
     help="Body, with --disturbance: of a walk [s].",
 )  # fmt: skip
+@mapping_option
 @click.option(
     "--estimate", is_flag=True,
     help="Body: tell the controller an estimate from its noisy sensors, not the true state.",
@@ -102,8 +103,8 @@ def compare(
     robots: tuple[str, ...], simulator: str, mass: float | None, velocity: tuple[float, float],
     methods: tuple[str, ...], leg_speeds: tuple[float, ...], durations: tuple[float, ...],
     full: bool, directions: int, phases: int, step: float, disturbances: tuple[str, ...],
-    seeds: int, duration: float, estimate: bool, quick: bool, explain: bool, workers: int,
-    out: Path, as_json: bool,
+    seeds: int, duration: float, mapping: str, estimate: bool, quick: bool, explain: bool,
+    workers: int, out: Path, as_json: bool,
 ) -> None:  # fmt: skip
     """Compare control methods: the smallest push that each fails on, beside the theoretical limit.
 
@@ -123,7 +124,10 @@ def compare(
 
     refuse_others(simulator, robots, disturbances)
     if simulator == "mujoco":
-        asked: dict[str, Any] = {"velocity": velocity if given("velocity") else BODY_VELOCITY}
+        asked: dict[str, Any] = {
+            "velocity": velocity if given("velocity") else BODY_VELOCITY,
+            "mapping": mapping,
+        }
         if methods:
             asked["methods"] = methods
         if disturbances:

@@ -27,7 +27,12 @@ BODY_VELOCITY, BODY_STEP = (0.3, 0.0), 2.0
 QUICK_PHASES, QUICK_STEP = 2, 10.0
 """Of `--quick` [-, N s]."""
 
-OF_BODY = {"estimate": "--estimate", "quick": "--quick", "explain": "--explain"}
+OF_BODY = {
+    "mapping": "--mapping",
+    "estimate": "--estimate",
+    "quick": "--quick",
+    "explain": "--explain",
+}
 """Options that a point mass has no use for."""
 
 OF_POINT_MASS = {

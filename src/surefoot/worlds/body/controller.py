@@ -10,7 +10,7 @@ import math
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from types import MappingProxyType
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -83,6 +83,7 @@ class BodyState:
         controller: at the velocity that it is given now.
         memory: the controller's own state.
         observation, command: of the last cycle.
+        joints: what the mapping remembers.
         course: where the robot should be.
         correction: what is added to the velocity to take it there.
         slow_steps: how many in a row, up to now, were to stay on the spot.
@@ -93,6 +94,7 @@ class BodyState:
     memory: NDArray[np.void] | None
     observation: Observation
     command: Command
+    joints: Any
     course: Course
     correction: VelocityCorrection
     slow_steps: int = 0
@@ -205,6 +207,7 @@ class BodyControl:
             memory=None,
             observation=observation,
             command=Command.of(new_array(COMMAND)),
+            joints=self.mapping.start(),
             course=Course((0.0, 0.0), 0.0, 0.0),
             correction=VelocityCorrection(),
         )
@@ -236,7 +239,8 @@ class BodyControl:
             phase = int(walk["phase"][0])
         if phase == WALK:
             state = self._walk(state, walk, forces, steering, reference)
-        return self.mapping.joints(self.mechanics, reference), state
+        command, joints = self.mapping.joints(self.mechanics, reference, forces, state.joints)
+        return command, replace(state, joints=joints)
 
     def _stand(
         self, state: BodyState, steering: Steering, reference: NDArray[np.void]

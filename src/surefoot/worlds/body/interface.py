@@ -56,7 +56,7 @@ class JointCommand:
         torque: shape (n,), in the order of the motors [N m].
         position: shape (n,) [rad].
         velocity: shape (n,) [rad/s].
-        stiffness: 0 for torque control [N m/rad].
+        stiffness: shape (n,), 0 for torque control [N m/rad].
         damping: likewise [N m s/rad].
         status: of the solver, 1 or more if it succeeded; the last torques are kept if not.
         acceleration: expected of all degrees of freedom, zero if unknown, shape (nv,) [rad/s^2].
@@ -67,7 +67,7 @@ class JointCommand:
     def __init__(self, motors: int, dofs: int) -> None:
         self.torque, self.position = np.zeros(motors), np.zeros(motors)
         self.velocity, self.acceleration = np.zeros(motors), np.zeros(dofs)
-        self.stiffness = self.damping = 0.0
+        self.stiffness, self.damping = np.zeros(motors), np.zeros(motors)
         self.status = 1
 
 
@@ -79,12 +79,24 @@ class JointMapping(Protocol):
     `worlds.body.inverse_kinematics` for playback.
     """
 
-    def joints(self, mechanics: Mechanics, reference: NDArray[np.void]) -> JointCommand:
-        """The command for one cycle; never raises.
+    def start(self) -> Any:
+        """What it remembers before the first cycle of a walk; None if it remembers nothing."""
+        ...
+
+    def joints(
+        self,
+        mechanics: Mechanics,
+        reference: NDArray[np.void],
+        forces: NDArray[np.float64],
+        memory: Any,
+    ) -> tuple[JointCommand, Any]:
+        """The command for one cycle, and what to remember; never raises.
 
         Args:
             mechanics: at the state that was estimated.
             reference: a `BODY_REFERENCE` record, shape (1,).
+            forces: vertical, on left and right sole, shape (2,) [N].
+            memory: of the last cycle, or of `start`; a value.
         """
         ...
 

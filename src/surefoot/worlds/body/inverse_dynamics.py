@@ -329,8 +329,20 @@ class InverseDynamics:
         joints["speed"] = np.minimum(multibody.speed, 1e9)
         return joints
 
-    def joints(self, mechanics: Mechanics, reference: NDArray[np.void]) -> JointCommand:
-        """The torques for one cycle, and the accelerations that they are expected to cause."""
+    def start(self) -> None:
+        """It remembers nothing that its answer depends on."""
+
+    def joints(
+        self,
+        mechanics: Mechanics,
+        reference: NDArray[np.void],
+        forces: NDArray[np.float64],
+        memory: None = None,
+    ) -> tuple[JointCommand, None]:
+        """The torques for one cycle, and the accelerations that they are expected to cause.
+
+        What the ground pushes is decided here, and `forces` not asked for.
+        """
         s, m = self._workspace, mechanics
         left, right = reference["stands"][0].tolist()
         key = left + 2 * right
@@ -354,7 +366,7 @@ class InverseDynamics:
             )  # fmt: skip
             command.acceleration[:] = solution[: len(command.acceleration)]
             s["solution"], s["about"], s["count"] = solution, about, left + right
-        return command
+        return command, None
 
     def fresh(self) -> Self:
         """The same with a solver that remembers nothing."""
