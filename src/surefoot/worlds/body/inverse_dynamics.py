@@ -18,17 +18,15 @@ from numpy.typing import NDArray
 
 from surefoot.checks import check_number, optional_module
 from surefoot.compiled import entry_point, njit
-from surefoot.record import new_array
-from surefoot.robot.legs import find_knees
 from surefoot.robot.motors import torque_range
 from surefoot.robot.multibody import Multibody
 from surefoot.worlds.body.interface import BODY_REFERENCE, JointCommand
 from surefoot.worlds.body.mechanics import MOTION, Mechanics
+from surefoot.worlds.body.program import Program, believed_ground, motor_limits, squares
 from surefoot.worlds.body.tasks import (
     FREE,
     GROUND,
     JOINTS,
-    MOMENT_ARM,
     STIFFNESSES,
     WEIGHTS,
     WRENCH,
@@ -43,11 +41,9 @@ from surefoot.worlds.body.tasks import (
     trunk_rows,
     usual_stiffnesses,
     usual_weights,
+    wrench_columns,
     zmp_rows,
 )
-
-EQUALITY, SOFT = 5, 8
-"""Kinds of constraints, to the solver."""
 
 MAX_TASK_ROWS = 24
 
@@ -78,18 +74,10 @@ def assemble(
     n = nv + WRENCH * count
     rows[:, :n] = 0.0
     r, carrying = 0, 0
-    weight = g.mass * g.gravity
     for side in range(2):
         if ref.stands[side] == 1:
             r = stand_rows(w, k, jacobians[side], speeds[side], drifts[side], rows, right, r)
-            for i in range(WRENCH):
-                unit = weight if i < 3 else weight * g.arm
-                block = 3 * (i // 3)
-                for c in range(nv):
-                    total = 0.0
-                    for j in range(3):
-                        total += soles[side, j, i % 3] * jacobians[side, block + j, c]
-                    wrenches[WRENCH * carrying + i, c] = unit * total
+            wrench_columns(g, soles[side], jacobians[side], wrenches, WRENCH * carrying)
             if count == 1:
                 r = zmp_rows(w, g, ref, places[side], soles[side], nv, rows, right, r)
             carrying += 1
@@ -102,7 +90,7 @@ def assemble(
         r = com_rows(w, g, ref, soles, nv, rows, right, r)
     turning = velocity[base_dof + 3 : base_dof + 6]
     r = trunk_rows(w, k, ref, motion[0].base_axes, turning, base_dof + 3, error, rows, right, r)
-    _squares(rows, right, r, n, hessian, slope)
+    squares(rows, right, r, n, hessian, slope)
     for i in range(n):
         hessian[i, i] += w.turning if i < nv else w.wrench
         low[i], high[i] = -FREE, FREE
@@ -122,23 +110,6 @@ def assemble(
         low[n + r], high[n + r] = least - bias[dof], most - bias[dof]
         r += 1
     ground_rows(g, count, nv, n, matrix, low, high, r)
-
-
-@njit
-def _squares(rows, right, count, n, hessian, slope):
-    """Write R'R and -R'b; most rows are zero for most unknowns."""
-    hessian[:, :] = 0.0
-    slope[:] = 0.0
-    for r in range(count):
-        for i in range(n):
-            value = rows[r, i]
-            if value != 0.0:
-                slope[i] -= value * right[r]
-                for j in range(i + 1):
-                    hessian[i, j] += value * rows[r, j]
-    for i in range(n):
-        for j in range(i):
-            hessian[j, i] = hessian[i, j]
 
 
 @njit
@@ -183,41 +154,6 @@ def _compiled() -> tuple[Callable[..., None], Callable[..., None]]:
             joint_torques, JOINTS, whole, vector, vector, matrix, matrix, vector, vector
         ),
     )  # fmt: skip
-
-
-class _Program:
-    """The arrays of one contact situation, and the solver that warm-starts from its last answer."""
-
-    def __init__(self, nv: int, passive: int, soft: NDArray[np.int64], count: int) -> None:
-        n = nv + WRENCH * count
-        m = nv + WRENCH_ROWS * count
-        self.hessian, self.slope = np.zeros((n, n)), np.zeros(n)
-        self.matrix = np.zeros((m, n))
-        self.low, self.high = np.zeros(n + m), np.zeros(n + m)
-        self.kinds = np.zeros(n + m, np.int32)
-        self.kinds[n : n + passive] = EQUALITY
-        self.kinds[soft] = SOFT
-        self.solver: Any = None
-
-    def solve(self, make: Any) -> tuple[NDArray[np.float64], int, Any]:
-        """The solution, its status (1 or 2 is success) and what else the solver returns."""
-        if self.solver is None:
-            self.solver = make()
-            self.solver.setup(
-                self.hessian, self.slope, self.matrix, self.high, self.low, self.kinds
-            )
-        else:
-            self.solver.update(
-                H=self.hessian, f=self.slope, A=self.matrix, bupper=self.high, blower=self.low
-            )
-        solution, _, status, about = self.solver.solve()
-        if status < 1:
-            # From the last active set it can cycle; from scratch it has not been seen to.
-            self.solver.setup(
-                self.hessian, self.slope, self.matrix, self.high, self.low, self.kinds
-            )
-            solution, _, status, about = self.solver.solve()
-        return solution, status, about
 
 
 class Answer(NamedTuple):
@@ -281,8 +217,8 @@ class InverseDynamics:
                 "stiffness": filled(
                     STIFFNESSES, usual_stiffnesses(multibody.robot), self.stiffnesses
                 ),
-                "ground": self._ground(),
-                "joints": self._joints(),
+                "ground": believed_ground(multibody, self.friction, self.sole_part, self.max_force),
+                "joints": motor_limits(multibody, self.knee_guard),
                 "passive": multibody.passive_dofs.astype(np.int64),
                 "base": multibody.base_dof,
                 "wrenches": np.zeros((2 * WRENCH, nv)),
@@ -294,40 +230,11 @@ class InverseDynamics:
                 "command": JointCommand(len(multibody.motors), nv),
                 "assemble": _compiled()[0],
                 "torques": _compiled()[1],
-                "new": lambda count: _Program(nv, passive, soft, count),
+                "new": lambda count: Program(
+                    nv + WRENCH * count, nv + WRENCH_ROWS * count, passive, soft
+                ),
             },
         )
-
-    def _ground(self) -> NDArray[np.void]:
-        multibody = self.multibody
-        ground = new_array(GROUND)
-        ground["friction"], ground["max_force"] = self.friction, self.max_force
-        ground["half"] = np.array(multibody.robot.foot.half) * self.sole_part
-        ground["arm"] = MOMENT_ARM * multibody.robot.com_height
-        ground["mass"] = multibody.mass
-        ground["gravity"] = -multibody.model.opt.gravity[2]
-        ground["rolls"] = len(multibody.passive_dofs) > 6
-        return ground
-
-    def _joints(self) -> NDArray[np.void]:
-        multibody = self.multibody
-        model = multibody.model
-        joints = np.zeros(len(multibody.motors), JOINTS)
-        joints["dof"], joints["position"] = multibody.motor_dofs, multibody.motor_positions
-        joints["nominal"] = multibody.nominal[multibody.motor_positions]
-        limited = model.jnt_limited[multibody.motors].astype(bool)
-        ranges = model.jnt_range[multibody.motors]
-        joints["low"] = np.where(limited, ranges[:, 0], -1e9)
-        joints["high"] = np.where(limited, ranges[:, 1], 1e9)
-        for joint in find_knees(multibody):
-            row = joints[joint]
-            if row["nominal"] > 0.0:
-                joints["low"][joint] = max(row["low"], self.knee_guard)
-            else:
-                joints["high"][joint] = min(row["high"], -self.knee_guard)
-        joints["torque"] = np.minimum(multibody.torque, 1e9)
-        joints["speed"] = np.minimum(multibody.speed, 1e9)
-        return joints
 
     def start(self) -> None:
         """It remembers nothing that its answer depends on."""

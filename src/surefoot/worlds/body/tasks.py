@@ -314,6 +314,20 @@ def posture_and_bounds(weights, stiffness, joints, position, velocity, hessian, 
 
 
 @njit
+def wrench_columns(ground, axes, jacobian, wrenches, first):
+    """Write J'R of a sole's unit wrenches in its own axes, six rows of `wrenches` from a first."""
+    weight = ground.mass * ground.gravity
+    for i in range(WRENCH):
+        unit = weight if i < 3 else weight * ground.arm
+        block = 3 * (i // 3)
+        for c in range(jacobian.shape[1]):
+            total = 0.0
+            for j in range(3):
+                total += axes[j, i % 3] * jacobian[block + j, c]
+            wrenches[first + i, c] = unit * total
+
+
+@njit
 def motion_rows(dof, inertia, wrenches, columns, out):
     """A row of M a - J' f; `wrenches` holds J in units of the unknowns, shape (12, nv)."""
     nv = inertia.shape[0]

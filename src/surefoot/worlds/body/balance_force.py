@@ -1,0 +1,427 @@
+r"""Dynamic balance force control: contact forces for CoM and momentum, torques through Jacobians.
+
+After [Stephens2010]. What the body is to do is told as accelerations a_d: of the CoM, of the trunk's
+orientation, and of the soles, through the legs' Jacobians. One recursion of Newton and Euler gives
+the forces that they need, tau_d = M a_d + h, without the joint-space inertia M itself. The six rows
+of the floating base, moved to the CoM c, are the force and moment that the ground has to give,
+
+    sum_i f_i = m (a_c + g e_z),    sum_i (p_i - c) x f_i + n_i = dH/dt,
+
+where the momentum of the leg that swings is in dH/dt. A small quadratic program finds the wrenches
+(f_i, n_i) of the soles that carry: weighted squares of what is missed, of all six with two feet on
+the ground; with one, the ZMP stands for the horizontal force, as in `inverse_dynamics`. Friction,
+soles, unloaded passive ankle rolls and motor torques are constraints. Then
+
+    tau = tau_d - sum_i J_i^T (f_i, n_i)
+
+in the rows of the motors. There is no unknown acceleration in it: where a constraint keeps the
+ground from giving what is needed, the torques are still those of a_d, and the body goes elsewhere.
+
+The choices that are ours: a_d of the CoM with one foot is the pendulum's, (c - z) (g + a_z) / c_z
+about the ZMP z; joints that come near a limit are pushed off it in a_d, by virtual springs and
+dampers; and the knee of the leg that carries, which no spring could hold under the weight, by one
+row of the program: what the wrenches accelerate is taken for one rigid body, of the composite
+inertia in the nominal pose, that turns over the sole. [Stephens2010] adds the forces of tasks
+(virtual model control) where a_d has the task.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from functools import cache
+from typing import Any, NamedTuple, Self
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from surefoot.checks import check_number, optional_module
+from surefoot.compiled import entry_point, njit
+from surefoot.robot.motors import torque_range
+from surefoot.robot.multibody import Multibody
+from surefoot.robot.own_units import OwnUnits
+from surefoot.worlds.body.balance_motion import (
+    BALANCE,
+    STIFFNESSES,
+    leg_dofs,
+    nominal_balance,
+    plan_motion,
+)
+from surefoot.worlds.body.interface import BODY_REFERENCE, JointCommand
+from surefoot.worlds.body.mechanics import MOTION, Mechanics
+from surefoot.worlds.body.program import Program, believed_ground, motor_limits, squares
+from surefoot.worlds.body.tasks import (
+    FREE,
+    GROUND,
+    JOINTS,
+    WRENCH,
+    WRENCH_ROWS,
+    com_rows,
+    filled,
+    ground_rows,
+    usual_stiffnesses,
+    wrench_columns,
+    zmp_rows,
+)
+
+WEIGHTS = np.dtype(
+    [
+        ("zmp", "f8"),
+        ("com", "f8"),
+        ("height", "f8"),
+        ("moment", "f8"),
+        ("moment_yaw", "f8"),
+        ("wrench", "f8"),
+    ]
+)
+"""On squared errors: of the ZMP [m^-2], of the CoM's acceleration and its height's [(m/s^2)^-2], of
+the moment about the CoM, to the sides and about the vertical [(N m)^-2]; and on the squared
+wrench, in parts of the weight [-]."""
+
+_OWN_WEIGHTS = {
+    "zmp": ("m", 1.0e4),
+    "com": ("m/s^2", 1.0e3),
+    "height": ("m/s^2", 1.0e3),
+    "moment": ("N m/rad", 1.0e6),
+    "moment_yaw": ("N m/rad", 200.0),
+    "wrench": ("-", 1.0e-4),
+}
+"""Of errors in `OwnUnits`, in the proportions of `inverse_dynamics`: the trunk is held before the
+ZMP, its heading last of all."""
+
+MAX_TASK_ROWS = 6
+
+
+@njit
+def _needed(b, m, position, forces, needed):
+    """Write the force that the ground has to give, and the moment about the CoM, in the world."""
+    for i in range(3):
+        needed[i] = forces[b.base + i]
+        needed[3 + i] = 0.0
+        for j in range(3):
+            needed[3 + i] += m.base_axes[i, j] * forces[b.base + 3 + j]
+    for i in range(3):
+        o, u = (i + 1) % 3, (i + 2) % 3
+        arm_o, arm_u = m.com[o] - position[b.place + o], m.com[u] - position[b.place + u]
+        needed[3 + i] -= arm_o * needed[u] - arm_u * needed[o]
+
+
+@njit
+def _given(g, ref, m, totals):
+    """Write force and moment about the CoM of the soles' unit wrenches, in columns; their count."""
+    weight, first = g.mass * g.gravity, 0
+    for side in range(2):
+        if ref.stands[side] == 0:
+            continue
+        axes, place = m.sole_axes[side], m.sole_position[side]
+        for i in range(3):
+            o, u = (i + 1) % 3, (i + 2) % 3
+            for c in range(3):
+                totals[i, first + c] = weight * axes[i, c]
+                totals[i, first + 3 + c] = 0.0
+                lever = (place[o] - m.com[o]) * axes[u, c] - (place[u] - m.com[u]) * axes[o, c]
+                totals[3 + i, first + c] = weight * lever
+                totals[3 + i, first + 3 + c] = weight * g.arm * axes[i, c]
+        first += WRENCH
+    return first
+
+
+@njit
+def _knee_row(b, g, m, knee, position, needed, totals, row):
+    """Write how a knee that carries accelerates with the wrenches; what it does without them.
+
+    What they give beyond the need accelerates one rigid body, of the nominal composite inertia.
+    """
+    axes, turn, own, moment = m.base_axes, np.empty(3), np.empty(3), np.empty(6)
+    for i in range(3):
+        o, u = (i + 1) % 3, (i + 2) % 3
+        arm_o, arm_u = m.com[o] - position[b.place + o], m.com[u] - position[b.place + u]
+        turn[i] = arm_u * knee[o] - arm_o * knee[u]
+        for j in range(3):
+            turn[i] += axes[i, j] * knee[3 + j]
+    for i in range(3):
+        own[i] = axes[0, i] * turn[0] + axes[1, i] * turn[1] + axes[2, i] * turn[2]
+    for i in range(3):
+        turn[i] = b.inverse[i, 0] * own[0] + b.inverse[i, 1] * own[1] + b.inverse[i, 2] * own[2]
+    rest = knee[6]
+    for i in range(3):
+        moment[i] = knee[i] / g.mass
+        moment[3 + i] = axes[i, 0] * turn[0] + axes[i, 1] * turn[1] + axes[i, 2] * turn[2]
+    for i in range(6):
+        rest += moment[i] * needed[i]
+    for c in range(row.shape[0]):
+        row[c] = 0.0
+        for i in range(6):
+            row[c] -= moment[i] * totals[i, c]
+    return rest
+
+
+@njit
+def _task_rows(w, g, ref, m, needed, totals, rows, right):
+    """Write the rows of the ground's tasks; how many there are."""
+    n = totals.shape[1]
+    r, count = 0, ref.stands[0] + ref.stands[1]
+    rows[:, :n] = 0.0
+    if count == 2:
+        r = com_rows(w, g, ref, m.sole_axes, 0, rows, right, r)
+    else:
+        side = 0 if ref.stands[0] == 1 else 1
+        place, axes = m.sole_position[side], m.sole_axes[side]
+        r = zmp_rows(w, g, ref, place, axes, 0, rows, right, r)
+    for i in range(3):
+        root = math.sqrt(w.moment if i < 2 else w.moment_yaw)
+        for c in range(n):
+            rows[r, c] = root * totals[3 + i, c]
+        right[r] = root * needed[3 + i]
+        r += 1
+    return r
+
+
+@njit
+def _carries(ref, legs, dof):
+    for side in range(2):
+        for c in range(legs.shape[1]):
+            if ref.stands[side] == 1 and legs[side, c] == dof:
+                return True
+    return False
+
+
+@njit
+def assemble(
+    weights, balance, ground, joints, legs, reference, forces, position, velocity, jacobians,
+    motion, knees, wrenches, totals, needed, rows, right, hessian, slope, matrix, low, high,
+):  # fmt: skip
+    """Write the quadratic program of one cycle.
+
+    Its arrays have the robot's length, which no record holds, and MuJoCo's are read where they lie.
+
+    Args:
+        weights, balance, ground, reference: arrays of one record.
+        joints, legs, position, velocity, jacobians, motion, knees: as in `plan_motion`.
+        forces: M a + h of the planned accelerations.
+        wrenches: J' of the unit wrenches of the soles that carry, written, shape (12, nv).
+        totals, needed: what these give and the body needs about the CoM, written.
+        rows, right: scratch.
+        hessian, slope, matrix, low, high: of the program, written.
+    """
+    w, b, g, ref, m = weights[0], balance[0], ground[0], reference[0], motion[0]
+    _needed(b, m, position, forces, needed)
+    n = _given(g, ref, m, totals)
+    count = _task_rows(w, g, ref, m, needed, totals[:, :n], rows, right)
+    squares(rows, right, count, n, hessian, slope)
+    for i in range(n):
+        hessian[i, i] += w.wrench
+        low[i], high[i] = -FREE, FREE
+    matrix[:] = 0.0
+    weight, r, first = g.mass * g.gravity, 0, 0
+    for side in range(2):
+        if ref.stands[side] == 1:
+            wrench_columns(g, m.sole_axes[side], jacobians[side], wrenches, first)
+            first += WRENCH
+    for side in range(2):
+        roll = b.rolls[side]
+        if ref.stands[side] == 1 and roll >= 0:
+            for c in range(n):
+                matrix[r, c] = wrenches[c, roll] / weight
+            low[n + r] = high[n + r] = forces[roll] / weight
+            r += 1
+    for j in range(joints.shape[0]):
+        dof = joints[j].dof
+        if _carries(ref, legs, dof):
+            least, most = torque_range(joints[j].torque, velocity[dof], joints[j].speed)
+            for c in range(n):
+                matrix[r, c] = -wrenches[c, dof] / weight
+            low[n + r], high[n + r] = (least - forces[dof]) / weight, (most - forces[dof]) / weight
+            r += 1
+    for side in range(2):
+        if ref.stands[side] == 1:
+            knee = knees[side]
+            rest = _knee_row(b, g, m, knee, position, needed, totals, matrix[r])
+            matrix[r] /= g.gravity
+            low[n + r], high[n + r] = (knee[7] - rest) / g.gravity, (knee[8] - rest) / g.gravity
+            r += 1
+    ground_rows(g, ref.stands[0] + ref.stands[1], 0, n, matrix, low, high, r)
+
+
+@njit
+def joint_torques(joints, velocity, forces, wrenches, solution, torque):
+    """Write tau_d - J' f, within what the motors can give."""
+    for j in range(joints.shape[0]):
+        dof = joints[j].dof
+        total = forces[dof]
+        for c in range(solution.shape[0]):
+            total -= wrenches[c, dof] * solution[c]
+        least, most = torque_range(joints[j].torque, velocity[dof], joints[j].speed)
+        torque[j] = min(max(total, least), most)
+
+
+@cache
+def _compiled() -> tuple[Callable[..., None], Callable[..., None], Callable[..., None]]:
+    vector, matrix, cube = numba.float64[::1], numba.float64[:, ::1], numba.float64[:, :, ::1]
+    table = numba.int64[:, ::1]
+    return (
+        entry_point(
+            plan_motion, STIFFNESSES, BALANCE, GROUND, JOINTS, table, BODY_REFERENCE, vector,
+            vector, cube, MOTION, matrix, vector,
+        ),
+        entry_point(
+            assemble, WEIGHTS, BALANCE, GROUND, JOINTS, table, BODY_REFERENCE, vector, vector,
+            vector, cube, MOTION, matrix, matrix, matrix, vector, matrix, vector,
+            matrix, vector, matrix, vector, vector,
+        ),
+        entry_point(joint_torques, JOINTS, vector, vector, matrix, vector, vector),
+    )  # fmt: skip
+
+
+class BalanceAnswer(NamedTuple):
+    """What a program of balance forces was answered.
+
+    Attributes:
+        needed: force that the planned accelerations need, and moment about the CoM, in the world,
+            shape (6,) [N, N m].
+        given: what the soles are to give instead, likewise.
+        wrenches: of the soles that carry, left before right, each in its own axes, shape
+            (count, 6) [N, N m].
+        multipliers: of the constraints: bounds of the unknowns, then passive ankles, torques of
+            the legs that carry, their knees, and ten rows for each sole. One that is not 0 binds.
+    """
+
+    needed: NDArray[np.float64]
+    given: NDArray[np.float64]
+    wrenches: NDArray[np.float64]
+    multipliers: NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class BalanceForce:
+    """Torques that carry out a reference through the forces of the ground, see this module.
+
+    Weights are on squared errors: the larger the weight, the less the task yields.
+
+    Args:
+        multibody: the mechanism.
+        friction: coefficient that is relied upon; a pyramid [-].
+        sole_part: fraction of the sole in which the ZMP is kept [-].
+        max_force: largest vertical force on one sole, in weights [-].
+        knee_guard: least bend of the knees, so that legs never lock [rad].
+        weights, stiffnesses: changes of single values of `WEIGHTS`, and of `STIFFNESSES` in
+            `balance_motion`, by name.
+
+    Raises:
+        MissingExtraError: daqp is not installed.
+        ParameterError: a value is out of range.
+    """
+
+    multibody: Multibody
+    friction: float = 0.7
+    sole_part: float = 0.9
+    max_force: float = 2.5
+    knee_guard: float = 0.12
+    weights: dict[str, float] = field(default_factory=dict)
+    stiffnesses: dict[str, float] = field(default_factory=dict)
+    _workspace: dict[str, Any] = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        for name in ("friction", "sole_part", "max_force"):
+            check_number(name, getattr(self, name), 0.0, "-", above=True)
+        check_number("knee_guard", self.knee_guard, 0.0, "rad")
+        multibody, own = self.multibody, OwnUnits.of(self.multibody.robot)
+        nv, motors = multibody.model.nv, len(multibody.motors)
+        weights = {name: value / own.one(unit) ** 2 for name, (unit, value) in _OWN_WEIGHTS.items()}
+        usual = usual_stiffnesses(multibody.robot)
+        stiffness = {name: usual[name] for name in STIFFNESSES.names or ()}
+        plan, make_program, torques = _compiled()
+        workspace = {
+            "weights": filled(WEIGHTS, weights, self.weights),
+            "stiffness": filled(STIFFNESSES, stiffness, self.stiffnesses),
+            "balance": nominal_balance(multibody),
+            "ground": believed_ground(multibody, self.friction, self.sole_part, self.max_force),
+            "joints": motor_limits(multibody, self.knee_guard),
+            "legs": leg_dofs(multibody),
+            "knees": np.zeros((2, 9)),
+            "acceleration": np.zeros(nv),
+            "forces": np.zeros(nv),
+            "wrenches": np.zeros((2 * WRENCH, nv)),
+            "totals": np.zeros((6, 2 * WRENCH)),
+            "needed": np.zeros(6),
+            "rows": np.zeros((MAX_TASK_ROWS, 2 * WRENCH)),
+            "right": np.zeros(MAX_TASK_ROWS),
+            "make": optional_module("daqp", "balance force control", "mujoco").Model,
+            "programs": {},
+            "command": JointCommand(motors, nv),
+            "plan": plan,
+            "assemble": make_program,
+            "torques": torques,
+        }
+        object.__setattr__(self, "_workspace", workspace)
+
+    def start(self) -> None:
+        """It remembers nothing that its answer depends on."""
+
+    def joints(
+        self,
+        mechanics: Mechanics,
+        reference: NDArray[np.void],
+        forces: NDArray[np.float64],
+        memory: None = None,
+    ) -> tuple[JointCommand, None]:
+        """The torques for one cycle, and the accelerations that they were planned for.
+
+        What the ground pushes is decided here, and `forces` not asked for.
+        """
+        s, m = self._workspace, mechanics
+        stands = tuple(reference["stands"][0].tolist())
+        program = s["programs"].get(stands)
+        if program is None:
+            program = s["programs"][stands] = self._program(*stands)
+        s["plan"](
+            s["stiffness"], s["balance"], s["ground"], s["joints"], s["legs"], reference,
+            m.position, m.velocity, m.sole_jacobian, m.motion, s["knees"], s["acceleration"],
+        )  # fmt: skip
+        m.forces(s["acceleration"], s["forces"])
+        s["assemble"](
+            s["weights"], s["balance"], s["ground"], s["joints"], s["legs"], reference,
+            s["forces"], m.position, m.velocity, m.sole_jacobian, m.motion, s["knees"],
+            s["wrenches"], s["totals"], s["needed"], s["rows"], s["right"],
+            program.hessian, program.slope, program.matrix, program.low, program.high,
+        )  # fmt: skip
+        solution, status, about = program.solve(s["make"])
+        command: JointCommand = s["command"]
+        command.status = status
+        if status >= 1:
+            s["torques"](
+                s["joints"], m.velocity, s["forces"], s["wrenches"], solution, command.torque
+            )
+            command.acceleration[:] = s["acceleration"]
+            s["solution"], s["about"] = solution, about
+        return command, None
+
+    def _program(self, left: int, right: int) -> Program:
+        """The arrays for the soles that carry."""
+        s, count = self._workspace, left + right
+        carry = [side for side, stands in enumerate((left, right)) if stands]
+        rolls = sum(int(s["balance"]["rolls"][0, side] >= 0) for side in carry)
+        yielding = sum(int((s["legs"][side] >= 0).sum()) for side in carry) + count
+        n, first = WRENCH * count, WRENCH * count + rolls
+        return Program(
+            n, rolls + yielding + WRENCH_ROWS * count, rolls, np.arange(first, first + yielding)
+        )
+
+    def fresh(self) -> Self:
+        """The same with a solver that remembers nothing."""
+        return replace(self)
+
+    def answer(self) -> BalanceAnswer:
+        """The last program that was solved; zeros before the first."""
+        s, ground = self._workspace, self._workspace["ground"]
+        solution = s.get("solution", np.zeros(0))
+        weight = float(ground["mass"][0] * ground["gravity"][0])
+        units = weight * np.array([1.0] * 3 + [float(ground["arm"][0])] * 3)
+        return BalanceAnswer(
+            needed=s["needed"].copy(),
+            given=s["totals"][:, : len(solution)] @ solution,
+            wrenches=solution.reshape(-1, WRENCH) * units,
+            multipliers=np.array(s["about"]["lam"] if "about" in s else []),
+        )

@@ -1,0 +1,222 @@
+"""What a body that carries out a reference does: its accelerations, from those of base and soles.
+
+For `balance_force`: the base moves as the CoM is to, and turns upright; a sole that carries rests,
+and the other one follows its reference. With J_b, J_l the Jacobian of a sole against base and
+leg, the joints of a leg solve
+
+    J_l a_l = a_sole - dJ/dt v - J_b a_b,
+
+damped least squares towards the posture. Joints near a limit are pushed off it.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from surefoot.compiled import njit
+from surefoot.record import new_array
+from surefoot.robot.legs import find_knees, leg_joints
+from surefoot.robot.multibody import Multibody
+from surefoot.worlds.body.tasks import rotation_error
+
+BALANCE = np.dtype(
+    [
+        ("inverse", "f8", (3, 3)),
+        ("height", "f8"),
+        ("base", "i8"),
+        ("place", "i8"),
+        ("knees", "i8", (2,)),
+        ("rolls", "i8", (2,)),
+    ]
+)
+"""Of the nominal pose: inverse of the composite inertia about the CoM, in the base's axes
+[1/(kg m^2)], and height of the CoM [m]; first degree of freedom of the base and index of its place;
+degrees of freedom of the knees, and of the passive ankle rolls, -1 without."""
+
+STIFFNESSES = np.dtype(
+    [
+        ("trunk", "f8"),
+        ("swing", "f8"),
+        ("swing_turn", "f8"),
+        ("posture", "f8"),
+        ("joint_limit", "f8"),
+        ("joint_speed", "f8"),
+    ]
+)
+"""What an error of position asks for [1/s^2], critically damped; of the joint speed, what an error
+of velocity asks for [1/s]. As in `inverse_dynamics`."""
+
+DAMPING = 1e-6
+"""Of the joints of a leg, where a sole that moves by the CoM's height has 1: near a straight knee
+they follow the posture instead."""
+
+
+@njit
+def _base_motion(k, b, g, ref, m, velocity, error, acceleration):
+    """Write what the base is to do: as the CoM, and upright."""
+    for i in range(3):
+        acceleration[b.base + i] = ref.com_acceleration[i]
+    if ref.stands[0] + ref.stands[1] == 1:
+        standing = m.sole_position[0 if ref.stands[0] == 1 else 1]
+        high = max(m.com[2] - standing[2], 0.5 * b.height)
+        for i in range(2):
+            away = (m.com[i] - ref.zmp[i]) / high
+            acceleration[b.base + i] = away * (g.gravity + ref.com_acceleration[2])
+    axes, damping = m.base_axes, 2.0 * math.sqrt(k.trunk)
+    rotation_error(axes, ref.trunk[0], ref.trunk[1], ref.trunk[2], error)
+    for i in range(3):
+        turn = axes[2, i] * ref.trunk_yaw_rate - velocity[b.base + 3 + i]
+        wanted = damping * turn
+        for j in range(3):
+            wanted += k.trunk * axes[j, i] * error[j]
+        acceleration[b.base + 3 + i] = wanted
+
+
+@njit
+def _sole_motion(k, ref, m, side, error, wanted):
+    """Write J a of a sole: one that carries rests, the other one follows its reference."""
+    for i in range(6):
+        wanted[i] = -m.sole_drift[side, i]
+    if ref.stands[side] == 1:
+        return
+    rotation_error(m.sole_axes[side], 0.0, 0.0, ref.swing_yaw, error)
+    damping, turn_damping = 2.0 * math.sqrt(k.swing), 2.0 * math.sqrt(k.swing_turn)
+    for i in range(3):
+        wanted[i] += ref.swing_foot_acceleration[i]
+        wanted[i] += k.swing * (ref.swing_foot[i] - m.sole_position[side, i])
+        wanted[i] += damping * (ref.swing_foot_velocity[i] - m.sole_velocity[side, i])
+        rate = ref.swing_yaw_rate if i == 2 else 0.0
+        wanted[3 + i] += k.swing_turn * error[i]
+        wanted[3 + i] += turn_damping * (rate - m.sole_velocity[side, 3 + i])
+
+
+@njit
+def _leg_motion(b, skip, leg, jacobian, axes, wanted, slope, acceleration):
+    """Write the accelerations of a leg's joints that move its sole as wanted, least squares.
+
+    Args:
+        b: a `BALANCE` record.
+        skip: 1 if the sole's roll is left to a passive ankle, else 0.
+        leg: degrees of freedom with motors, and -1 for none.
+        jacobian, axes: of the sole.
+        wanted: its J a.
+        slope: of the knee against the base's accelerations, written, shape (6,).
+        acceleration: of all; those of base and posture in, those of the leg out.
+    """
+    n, count = 0, 6 - skip
+    while n < leg.shape[0] and leg[n] >= 0:
+        n += 1
+    rows, right = np.zeros((6, n)), np.zeros((6, 7))
+    for i in range(3):
+        for c in range(n):
+            rows[i, c] = jacobian[i, leg[c]] / b.height
+        for c in range(6):
+            right[i, c] = jacobian[i, b.base + c] / b.height
+        right[i, 6] = wanted[i] / b.height
+    for i in range(3, count):
+        axis = i - 3 + skip
+        for j in range(3):
+            part = axes[j, axis]
+            for c in range(n):
+                rows[i, c] += part * jacobian[3 + j, leg[c]]
+            for c in range(6):
+                right[i, c] += part * jacobian[3 + j, b.base + c]
+            right[i, 6] += part * wanted[3 + j]
+    square, sums = rows.T @ rows, rows.T @ right
+    for c in range(n):
+        square[c, c] += DAMPING
+        sums[c, 6] += DAMPING * acceleration[leg[c]]
+    found = np.linalg.solve(square, sums)
+    for c in range(n):
+        total = found[c, 6]
+        for i in range(6):
+            total -= found[c, i] * acceleration[b.base + i]
+        acceleration[leg[c]] = total
+        if leg[c] == b.knees[0] or leg[c] == b.knees[1]:
+            slope[:] = found[c, :6]
+
+
+@njit
+def plan_motion(
+    stiffness, balance, ground, joints, legs, reference, position, velocity, jacobians, motion,
+    knees, acceleration,
+):  # fmt: skip
+    """Write the accelerations that carry out a reference.
+
+    Its arrays have the robot's length, which no record holds, and MuJoCo's are read where they lie.
+
+    Args:
+        stiffness, balance, ground, reference: arrays of one record.
+        joints: `JOINTS` records of the motors.
+        legs: degrees of freedom of each leg's motors, filled up with -1, shape (2, n).
+        position, velocity, jacobians, motion: as in `Mechanics`.
+        knees: written for a leg that carries: of its knee the slope against the base's
+            accelerations, its own one, and between which it has to be, shape (2, 9).
+        acceleration: of all degrees of freedom, written.
+    """
+    k, b, g, ref, m = stiffness[0], balance[0], ground[0], reference[0], motion[0]
+    error, wanted = np.empty(3), np.empty(6)
+    acceleration[:] = 0.0
+    _base_motion(k, b, g, ref, m, velocity, error, acceleration)
+    damping, stop = 2.0 * math.sqrt(k.posture), 2.0 * math.sqrt(k.joint_limit)
+    for j in range(joints.shape[0]):
+        joint = joints[j]
+        away = joint.nominal - position[joint.position]
+        acceleration[joint.dof] = k.posture * away - damping * velocity[joint.dof]
+    for side in range(2):
+        _sole_motion(k, ref, m, side, error, wanted)
+        _leg_motion(
+            b, g.rolls, legs[side], jacobians[side], m.sole_axes[side], wanted, knees[side, :6],
+            acceleration,
+        )  # fmt: skip
+    for j in range(joints.shape[0]):
+        joint = joints[j]
+        dof, angle, rate = joint.dof, position[joint.position], velocity[joint.dof]
+        above = k.joint_limit * (joint.high - angle) - stop * rate
+        below = k.joint_limit * (joint.low - angle) - stop * rate
+        above = min(above, k.joint_speed * (joint.speed - rate))
+        below = max(below, k.joint_speed * (-joint.speed - rate))
+        if below > above:
+            below = above = 0.5 * (below + above)
+        carries = False
+        for side in range(2):
+            if dof == b.knees[side] and ref.stands[side] == 1:
+                knees[side, 6], knees[side, 7], knees[side, 8] = acceleration[dof], below, above
+                carries = True
+        if not carries:
+            acceleration[dof] = min(max(acceleration[dof], below), above)
+
+
+def leg_dofs(multibody: Multibody) -> NDArray[np.int64]:
+    """Degrees of freedom of each leg's motors, filled up with -1, shape (2, n)."""
+    address = multibody.model.jnt_dofadr
+    legs = [[int(address[j]) for j in leg_joints(multibody, foot)] for foot in multibody.feet]
+    table = np.full((2, max(map(len, legs))), -1, np.int64)
+    for side, leg in enumerate(legs):
+        table[side, : len(leg)] = leg
+    return table
+
+
+def nominal_balance(multibody: Multibody) -> NDArray[np.void]:
+    """What is constant, a `BALANCE` record."""
+    model, data = multibody.model, multibody.data()
+    balance, axes = new_array(BALANCE), data.xmat[multibody.base].reshape(3, 3)
+    com, inertia = data.subtree_com[multibody.base], np.zeros((3, 3))
+    for body in range(1, model.nbody):
+        turn, away = data.ximat[body].reshape(3, 3), data.xipos[body] - com
+        inertia += turn @ np.diag(model.body_inertia[body]) @ turn.T
+        inertia += model.body_mass[body] * (away @ away * np.eye(3) - np.outer(away, away))
+    balance["inverse"] = np.linalg.inv(axes.T @ inertia @ axes)
+    balance["height"], balance["base"] = multibody.robot.com_height, multibody.base_dof
+    balance["place"] = model.jnt_qposadr[model.body_jntadr[multibody.base]]
+    knees = multibody.motor_dofs[list(find_knees(multibody))]
+    balance["knees"], balance["rolls"] = knees, -1
+    for dof in multibody.passive_dofs.tolist():
+        body = model.dof_bodyid[dof]
+        for side, foot in enumerate(multibody.feet):
+            if body == foot != multibody.base:
+                balance["rolls"][0, side] = dof
+    return balance
