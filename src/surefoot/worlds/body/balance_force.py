@@ -1,28 +1,31 @@
 r"""Dynamic balance force control: contact forces for CoM and momentum, torques through Jacobians.
 
-After [Stephens2010]. What the body is to do is told as accelerations a_d: of the CoM, of the trunk's
-orientation, and of the soles, through the legs' Jacobians. One recursion of Newton and Euler gives
-the forces that they need, tau_d = M a_d + h, without the joint-space inertia M itself. The six rows
-of the floating base, moved to the CoM c, are the force and moment that the ground has to give,
+After [Stephens2010]. A reference is first turned into accelerations a_d of all joints: of the CoM,
+of the trunk, and of the soles through the legs' Jacobians (`balance_motion`). One recursion of
+Newton and Euler gives the forces that they need, tau_d = M a_d + h, without the joint-space inertia
+M itself. The six rows of the floating base, moved to the CoM c, are the force and moment that the
+ground has to give,
 
     sum_i f_i = m (a_c + g e_z),    sum_i (p_i - c) x f_i + n_i = dH/dt,
 
-where the momentum of the leg that swings is in dH/dt. A small quadratic program finds the wrenches
-(f_i, n_i) of the soles that carry: weighted squares of what is missed, of all six with two feet on
-the ground; with one, the ZMP stands for the horizontal force, as in `inverse_dynamics`. Friction,
-soles, unloaded passive ankle rolls and motor torques are constraints. Then
+the momentum of the leg that swings included in dH/dt. A small quadratic program finds the wrenches
+(f_i, n_i) of the soles that carry, in their own axes and as in `tasks`. It minimises weighted
+squares of what is missed: of all six rows with two feet on the ground; with one, the ZMP stands for
+the horizontal force, as in `inverse_dynamics`. Friction, soles, passive ankle rolls (which can
+carry no moment) and the motors' torques are constraints. Then
 
     tau = tau_d - sum_i J_i^T (f_i, n_i)
 
-in the rows of the motors. There is no unknown acceleration in it: where a constraint keeps the
-ground from giving what is needed, the torques are still those of a_d, and the body goes elsewhere.
+in the rows of the motors. No acceleration is unknown: where a constraint keeps the ground from
+giving what is needed, the torques are still those of a_d, and the body moves otherwise. That is
+what the method saves, and where it is weaker than inverse dynamics.
 
-The choices that are ours: a_d of the CoM with one foot is the pendulum's, (c - z) (g + a_z) / c_z
-about the ZMP z; joints that come near a limit are pushed off it in a_d, by virtual springs and
-dampers; and the knee of the leg that carries, which no spring could hold under the weight, by one
-row of the program: what the wrenches accelerate is taken for one rigid body, of the composite
-inertia in the nominal pose, that turns over the sole. [Stephens2010] adds the forces of tasks
-(virtual model control) where a_d has the task.
+Own choices: with one foot, a_d of the CoM is the pendulum's about the ZMP z, (c - z) (g + a_z) / h.
+A joint near a limit is pushed off it in a_d, by a virtual spring and damper. A knee that carries
+would not yield to that, so its bend is guarded by a row of the program: what the wrenches give
+beyond the need accelerates one rigid body, of the constant composite inertia of the nominal pose,
+which turns over the sole. Where [Stephens2010] adds the forces of tasks (virtual model control),
+a_d has the tasks.
 """
 
 from __future__ import annotations
@@ -45,7 +48,10 @@ from surefoot.robot.own_units import OwnUnits
 from surefoot.worlds.body.balance_motion import (
     BALANCE,
     STIFFNESSES,
+    given_wrenches,
+    knee_row,
     leg_dofs,
+    needed_wrench,
     nominal_balance,
     plan_motion,
 )
@@ -92,70 +98,6 @@ _OWN_WEIGHTS = {
 ZMP, its heading last of all."""
 
 MAX_TASK_ROWS = 6
-
-
-@njit
-def _needed(b, m, position, forces, needed):
-    """Write the force that the ground has to give, and the moment about the CoM, in the world."""
-    for i in range(3):
-        needed[i] = forces[b.base + i]
-        needed[3 + i] = 0.0
-        for j in range(3):
-            needed[3 + i] += m.base_axes[i, j] * forces[b.base + 3 + j]
-    for i in range(3):
-        o, u = (i + 1) % 3, (i + 2) % 3
-        arm_o, arm_u = m.com[o] - position[b.place + o], m.com[u] - position[b.place + u]
-        needed[3 + i] -= arm_o * needed[u] - arm_u * needed[o]
-
-
-@njit
-def _given(g, ref, m, totals):
-    """Write force and moment about the CoM of the soles' unit wrenches, in columns; their count."""
-    weight, first = g.mass * g.gravity, 0
-    for side in range(2):
-        if ref.stands[side] == 0:
-            continue
-        axes, place = m.sole_axes[side], m.sole_position[side]
-        for i in range(3):
-            o, u = (i + 1) % 3, (i + 2) % 3
-            for c in range(3):
-                totals[i, first + c] = weight * axes[i, c]
-                totals[i, first + 3 + c] = 0.0
-                lever = (place[o] - m.com[o]) * axes[u, c] - (place[u] - m.com[u]) * axes[o, c]
-                totals[3 + i, first + c] = weight * lever
-                totals[3 + i, first + 3 + c] = weight * g.arm * axes[i, c]
-        first += WRENCH
-    return first
-
-
-@njit
-def _knee_row(b, g, m, knee, position, needed, totals, row):
-    """Write how a knee that carries accelerates with the wrenches; what it does without them.
-
-    What they give beyond the need accelerates one rigid body, of the nominal composite inertia.
-    """
-    axes, turn, own, moment = m.base_axes, np.empty(3), np.empty(3), np.empty(6)
-    for i in range(3):
-        o, u = (i + 1) % 3, (i + 2) % 3
-        arm_o, arm_u = m.com[o] - position[b.place + o], m.com[u] - position[b.place + u]
-        turn[i] = arm_u * knee[o] - arm_o * knee[u]
-        for j in range(3):
-            turn[i] += axes[i, j] * knee[3 + j]
-    for i in range(3):
-        own[i] = axes[0, i] * turn[0] + axes[1, i] * turn[1] + axes[2, i] * turn[2]
-    for i in range(3):
-        turn[i] = b.inverse[i, 0] * own[0] + b.inverse[i, 1] * own[1] + b.inverse[i, 2] * own[2]
-    rest = knee[6]
-    for i in range(3):
-        moment[i] = knee[i] / g.mass
-        moment[3 + i] = axes[i, 0] * turn[0] + axes[i, 1] * turn[1] + axes[i, 2] * turn[2]
-    for i in range(6):
-        rest += moment[i] * needed[i]
-    for c in range(row.shape[0]):
-        row[c] = 0.0
-        for i in range(6):
-            row[c] -= moment[i] * totals[i, c]
-    return rest
 
 
 @njit
@@ -207,8 +149,8 @@ def assemble(
         hessian, slope, matrix, low, high: of the program, written.
     """
     w, b, g, ref, m = weights[0], balance[0], ground[0], reference[0], motion[0]
-    _needed(b, m, position, forces, needed)
-    n = _given(g, ref, m, totals)
+    needed_wrench(b, m, position, forces, needed)
+    n = given_wrenches(g, ref, m, totals)
     count = _task_rows(w, g, ref, m, needed, totals[:, :n], rows, right)
     squares(rows, right, count, n, hessian, slope)
     for i in range(n):
@@ -238,7 +180,7 @@ def assemble(
     for side in range(2):
         if ref.stands[side] == 1:
             knee = knees[side]
-            rest = _knee_row(b, g, m, knee, position, needed, totals, matrix[r])
+            rest = knee_row(b, g, m, knee, position, needed, totals, matrix[r])
             matrix[r] /= g.gravity
             low[n + r], high[n + r] = (knee[7] - rest) / g.gravity, (knee[8] - rest) / g.gravity
             r += 1

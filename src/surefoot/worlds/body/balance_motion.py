@@ -6,7 +6,8 @@ leg, the joints of a leg solve
 
     J_l a_l = a_sole - dJ/dt v - J_b a_b,
 
-damped least squares towards the posture. Joints near a limit are pushed off it.
+damped least squares towards the posture. Joints near a limit are pushed off it. The wrenches that
+this needs and those that the ground gives are compared about the CoM.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from surefoot.compiled import njit
 from surefoot.record import new_array
 from surefoot.robot.legs import find_knees, leg_joints
 from surefoot.robot.multibody import Multibody
-from surefoot.worlds.body.tasks import rotation_error
+from surefoot.worlds.body.tasks import WRENCH, rotation_error
 
 BALANCE = np.dtype(
     [
@@ -188,6 +189,70 @@ def plan_motion(
                 carries = True
         if not carries:
             acceleration[dof] = min(max(acceleration[dof], below), above)
+
+
+@njit
+def needed_wrench(b, m, position, forces, needed):
+    """Write the force that the ground has to give, and the moment about the CoM, in the world."""
+    for i in range(3):
+        needed[i] = forces[b.base + i]
+        needed[3 + i] = 0.0
+        for j in range(3):
+            needed[3 + i] += m.base_axes[i, j] * forces[b.base + 3 + j]
+    for i in range(3):
+        o, u = (i + 1) % 3, (i + 2) % 3
+        arm_o, arm_u = m.com[o] - position[b.place + o], m.com[u] - position[b.place + u]
+        needed[3 + i] -= arm_o * needed[u] - arm_u * needed[o]
+
+
+@njit
+def given_wrenches(g, ref, m, totals):
+    """Write force and moment about the CoM of the soles' unit wrenches, in columns; their count."""
+    weight, first = g.mass * g.gravity, 0
+    for side in range(2):
+        if ref.stands[side] == 0:
+            continue
+        axes, place = m.sole_axes[side], m.sole_position[side]
+        for i in range(3):
+            o, u = (i + 1) % 3, (i + 2) % 3
+            for c in range(3):
+                totals[i, first + c] = weight * axes[i, c]
+                totals[i, first + 3 + c] = 0.0
+                lever = (place[o] - m.com[o]) * axes[u, c] - (place[u] - m.com[u]) * axes[o, c]
+                totals[3 + i, first + c] = weight * lever
+                totals[3 + i, first + 3 + c] = weight * g.arm * axes[i, c]
+        first += WRENCH
+    return first
+
+
+@njit
+def knee_row(b, g, m, knee, position, needed, totals, row):
+    """Write how a knee that carries accelerates with the wrenches; what it does without them.
+
+    What they give beyond the need accelerates one rigid body, of the nominal composite inertia.
+    """
+    axes, turn, own, moment = m.base_axes, np.empty(3), np.empty(3), np.empty(6)
+    for i in range(3):
+        o, u = (i + 1) % 3, (i + 2) % 3
+        arm_o, arm_u = m.com[o] - position[b.place + o], m.com[u] - position[b.place + u]
+        turn[i] = arm_u * knee[o] - arm_o * knee[u]
+        for j in range(3):
+            turn[i] += axes[i, j] * knee[3 + j]
+    for i in range(3):
+        own[i] = axes[0, i] * turn[0] + axes[1, i] * turn[1] + axes[2, i] * turn[2]
+    for i in range(3):
+        turn[i] = b.inverse[i, 0] * own[0] + b.inverse[i, 1] * own[1] + b.inverse[i, 2] * own[2]
+    rest = knee[6]
+    for i in range(3):
+        moment[i] = knee[i] / g.mass
+        moment[3 + i] = axes[i, 0] * turn[0] + axes[i, 1] * turn[1] + axes[i, 2] * turn[2]
+    for i in range(6):
+        rest += moment[i] * needed[i]
+    for c in range(row.shape[0]):
+        row[c] = 0.0
+        for i in range(6):
+            row[c] -= moment[i] * totals[i, c]
+    return rest
 
 
 def leg_dofs(multibody: Multibody) -> NDArray[np.int64]:
