@@ -90,12 +90,15 @@ _OWN_WEIGHTS = {
     "zmp": ("m", 1.0e4),
     "com": ("m/s^2", 1.0e3),
     "height": ("m/s^2", 1.0e3),
-    "moment": ("N m/rad", 1.0e6),
+    "moment": ("N m/rad", 1.0e4),
     "moment_yaw": ("N m/rad", 200.0),
     "wrench": ("-", 1.0e-4),
 }
-"""Of errors in `OwnUnits`, in the proportions of `inverse_dynamics`: the trunk is held before the
-ZMP, its heading last of all."""
+"""Of errors in `OwnUnits`: accelerations in g, moments in m g h, the ZMP in heights of the CoM."""
+
+_OWN_TRUNK = 4.88
+"""Stiffness of the trunk in omega^2, 0.4 of that in `inverse_dynamics`: if it is to turn faster
+than the ground lets it, the torques of the legs are those of another motion."""
 
 MAX_TASK_ROWS = 6
 
@@ -274,6 +277,7 @@ class BalanceForce:
         weights = {name: value / own.one(unit) ** 2 for name, (unit, value) in _OWN_WEIGHTS.items()}
         usual = usual_stiffnesses(multibody.robot)
         stiffness = {name: usual[name] for name in STIFFNESSES.names or ()}
+        stiffness["trunk"] = _OWN_TRUNK * own.one("1/s^2")
         plan, make_program, torques = _compiled()
         workspace = {
             "weights": filled(WEIGHTS, weights, self.weights),

@@ -48,7 +48,7 @@ STIFFNESSES = np.dtype(
     ]
 )
 """What an error of position asks for [1/s^2], critically damped; of the joint speed, what an error
-of velocity asks for [1/s]. As in `inverse_dynamics`."""
+of velocity asks for [1/s]."""
 
 DAMPING = 1e-6
 """Of the joints of a leg, where a sole that moves by the CoM's height has 1: near a straight knee
