@@ -152,8 +152,9 @@ def _show(kernel, parameters, states, truths, edits, shown, flat, limits, violat
     modes, values, side_modes, sides = edits
     for n in range(truths.shape[0]):
         _edit(truths[n], modes[n], values[n], side_modes[n], sides[n], flat, shown)
-        kernel(parameters[0], states[n % 2], shown[0], states[1 - n % 2])
-        _judge(limits[0], states[1 - n % 2].command, states[1 - n % 2].belief.seen, violations)
+        after = states[1 - n % 2]
+        kernel(parameters[0], states[n % 2], shown[0], after)
+        _judge(limits[0], after.command, after.validated.observation, violations)
 
 
 @njit
@@ -173,7 +174,7 @@ def _walk(kernel, parameters, states, simulator, worlds, pushes, edits, garbage,
         else:
             kernel(parameters[0], states[now], worlds[now].observation, states[1 - now])
         command = states[1 - now].command
-        _judge(limits[0], command, states[1 - now].belief.seen, violations)
+        _judge(limits[0], command, states[1 - now].validated.observation, violations)
         lipm_cycle(simulator[0], worlds[now], command, pushes, worlds[1 - now])
         if worlds[1 - now].fallen:
             return True
@@ -275,7 +276,7 @@ class Subject:
 
     def _step(self, state: Any, shown: NDArray[np.void], violations: NDArray[np.int64]) -> Any:
         command, state = self.controller.step(state, sf.Observation.of(shown))
-        seen = state["belief"]["seen"].copy()
+        seen = state["validated"]["observation"].copy()
         _judge_one(self.limits, command.array, seen, violations)
         return state
 

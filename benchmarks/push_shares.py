@@ -73,7 +73,7 @@ def main() -> None:
     shares, growths, others, beaten = [], [], {}, 0
     for seed in range(asked.first, asked.first + asked.cells):
         cell = random_cell(seed, acceleration=asked.acceleration)
-        limit = cell.causal_limit()
+        limit = cell.causal_limit().impulse
         if limit <= 0.0:
             continue
         shares.append(survived(cell, cell.controller(), limit))

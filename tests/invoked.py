@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import json
+from typing import Any
+
 from click.testing import CliRunner, Result
 
 from surefoot.cli import main
@@ -12,3 +15,15 @@ def run(*arguments: str) -> Result:
     result = CliRunner().invoke(main, list(arguments))
     assert not isinstance(result.exception, Exception), result.exception
     return result
+
+
+def numbers(*arguments: str) -> dict[str, Any]:
+    """What `surefoot` with these arguments says to a machine."""
+    return json.loads(run(*arguments, "--json").stdout)
+
+
+def refused(*arguments: str) -> str:
+    """What `surefoot` says of a wrong command, which exits with 2."""
+    result = run(*arguments)
+    assert result.exit_code == 2, result.output
+    return result.output

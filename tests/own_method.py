@@ -9,40 +9,33 @@ from dataclasses import dataclass
 
 from surefoot.compiled import njit
 from surefoot.control.base import CompiledController
-from surefoot.control.belief import hold, look
+from surefoot.control.cycle import end_cycle, keep_box
 from surefoot.control.defaults import DCM_GAIN
 from surefoot.control.fields import setting
 from surefoot.control.registry import method
 from surefoot.control.tracking import (
-    TRACKING,
-    TRACKING_STATE,
-    end_cycle,
-    keep_box,
+    Tracking,
+    TrackingState,
     plan_step,
     track,
     tracking_parameters,
 )
+from surefoot.control.validation import validate
 
 SHARE = 0.5
 
 
 @njit
 def leaning_cycle(parameters, state, observation, next_state):
-    if look(parameters.gate, state, observation, next_state):
-        hold(state, next_state)
+    if not validate(parameters.gate, state, observation, next_state):
         return
     new_step, _ = plan_step(parameters, state, next_state)
-    plan, command, seen = next_state.plan, next_state.command, next_state.belief.seen
-    track(parameters, seen, plan, command)
+    plan, command, now = next_state.plan, next_state.command, next_state.validated.observation
+    track(parameters, now, plan, command)
     for i in range(2):
-        command.step_location[i] += SHARE * (seen.dcm[i] - command.dcm_plan[i])
-    keep_box(parameters, seen, command)
+        command.step_location[i] += SHARE * (now.dcm[i] - command.dcm_plan[i])
+    keep_box(parameters, now, command)
     end_cycle(parameters, (0.0, plan.step_duration), new_step, state, next_state)
-
-
-@njit
-def over_arrays(parameters, state, observation, next_state):
-    leaning_cycle(parameters[0], state[0], observation[0], next_state[0])
 
 
 @method(
@@ -54,18 +47,10 @@ def over_arrays(parameters, state, observation, next_state):
     cites=("Pratt2006",),
 )
 @dataclass(frozen=True)
-class Leaning(
-    CompiledController,
-    cycle=leaning_cycle,
-    arrays=over_arrays,
-    parameters=TRACKING,
-    state=TRACKING_STATE,
-):
+class Leaning(CompiledController, cycle=leaning_cycle, parameters=Tracking, state=TrackingState):
     """Tracks, and lands off its place by half of the DCM error."""
 
     gain: float = setting(DCM_GAIN, "-", "K_f / omega", above=0.0, search=(0.2, 3.0))
 
     def make_parameters(self):
-        return tracking_parameters(
-            self.robot, self.gait, self.gain * self.robot.omega, True, 0.0, self.period
-        )
+        return tracking_parameters(self, dcm_gain=self.gain * self.robot.omega)

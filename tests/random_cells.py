@@ -10,7 +10,7 @@ A benchmark finds this file by `sys.path.append` of the folder of the tests, beh
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 import surefoot as sf
 from surefoot.dcm.nominal_gait import NominalGait, gait_room, largest_speed, nominal_gait
-from surefoot.dcm.push_limit import check_leg
+from surefoot.dcm.push_limit import PushCase, check_leg
 from surefoot.dcm.viable_displacement import viable_displacement
 from surefoot.errors import SurefootError
 from surefoot.robot.gait import GaitLimits
@@ -37,43 +37,22 @@ LATEST = 0.95
 """Largest phase of a push, as a share of T_nom."""
 
 
-@dataclass(frozen=True)
-class RandomCell:
-    """A robot, how it walks, and what pushes it.
+@dataclass(frozen=True, kw_only=True)
+class RandomCell(PushCase):
+    """A random robot, how it walks, and what pushes it.
 
     Attributes:
         seed: by which it is drawn again.
-        robot: random, in no preset.
-        velocity: that it walks at [m/s].
-        step_duration: T_nom, None for the one that follows from the velocity [s].
-        whole_sole: whether the ZMP moves inside the sole; False for a point foot.
-        direction: of the push, a unit vector (x, y) in the world.
-        support_side: foot on the ground when the push starts.
-        elapsed: time from touchdown to the push [s].
-        duration: of the push [s].
         rejected: how many robots were drawn before this one that cannot walk at all.
     """
 
     seed: int
-    robot: sf.Robot
-    velocity: tuple[float, float]
-    step_duration: float | None
-    whole_sole: bool
-    direction: tuple[float, float]
-    support_side: sf.Side
-    elapsed: float
-    duration: float
     rejected: int
 
     @property
-    def gait(self) -> NominalGait:
-        """The gait that it walks."""
-        return nominal_gait(self.robot, self.velocity, self.step_duration)
-
-    @property
-    def zmp_reach(self) -> tuple[float, float]:
-        """How far the ZMP can move from the centre of the foot (x, y) [m]."""
-        return self.robot.foot.half if self.whole_sole else (0.0, 0.0)
+    def whole_sole(self) -> bool:
+        """Whether the ZMP moves inside the sole; False for a point foot."""
+        return self.zmp_reach != (0.0, 0.0)
 
     @property
     def start(self) -> float:
@@ -86,26 +65,6 @@ class RandomCell:
             self.robot, self.velocity, ankle=self.whole_sole,
             step_duration=self.step_duration, **parameters,
         )  # fmt: skip
-
-    def limit(self) -> float:
-        """The largest impulse that a policy survives which is told how long the push is [N s]."""
-        return self._limit(sf.push_limit)
-
-    def causal_limit(self) -> float:
-        """The largest impulse that one survives which cannot know how long the push is [N s]."""
-        return self._limit(sf.causal_push_limit)
-
-    def _limit(self, limit: Callable[..., sf.ImpulseLimit]) -> float:
-        return limit(
-            self.robot,
-            self.direction,
-            velocity=self.velocity,
-            elapsed=self.elapsed,
-            duration=self.duration,
-            support_side=self.support_side,
-            zmp_reach=self.zmp_reach,
-            step_duration=self.step_duration,
-        ).impulse
 
     def settles(
         self,
@@ -160,9 +119,7 @@ class RandomCell:
 
     def push(self, impulse: float) -> sf.Push:
         """The push of this cell with so much impulse [N s]."""
-        x, y = self.direction
-        force = impulse / self.duration
-        return sf.Push(self.start, self.duration, (force * x, force * y))
+        return sf.Push.of_impulse(impulse, self.direction, self.start, self.duration)
 
 
 def random_cell(seed: int, *, acceleration: bool = False) -> RandomCell:
@@ -189,7 +146,7 @@ def random_cell(seed: int, *, acceleration: bool = False) -> RandomCell:
         robot=robot,
         velocity=velocity,
         step_duration=step_duration,
-        whole_sole=whole_sole,
+        zmp_reach=robot.foot.half if whole_sole else (0.0, 0.0),
         direction=_direction(angle),
         support_side=sf.Side(int(rng.choice((-1, 1)))),
         elapsed=gait.step_duration

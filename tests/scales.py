@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, replace
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 import surefoot as sf
+from surefoot.dcm.push_limit import PushCase
+
+Case = TypeVar("Case", bound=PushCase)
 
 
 @dataclass(frozen=True)
@@ -53,38 +56,51 @@ class Scale:
         """A velocity, or a pair of anything that goes with the time."""
         return self.time * velocity[0], self.time * velocity[1]
 
+    def case(self, case: Case) -> Case:
+        """The same robot, gait and push."""
+        reach, fixed = case.zmp_reach, case.step_duration
+        return replace(
+            case,
+            robot=self.robot(case.robot),
+            velocity=self.velocity(case.velocity),
+            elapsed=self.time * case.elapsed,
+            duration=self.time * case.duration,
+            zmp_reach=(self.length * reach[0], self.length * reach[1]),
+            step_duration=None if fixed is None else self.time * fixed,
+        )
+
     def push(self, push: sf.Push) -> sf.Push:
         """Forces go with the mass alone."""
         force = (self.mass * push.force[0], self.mass * push.force[1])
         return sf.Push(self.time * push.start, self.time * push.duration, force)
 
-    def disturbance(self, wrong: sf.Disturbance) -> sf.Disturbance:
+    def disturbance(self, one: sf.Disturbance) -> sf.Disturbance:
         """Noise, offsets and delays to match."""
         return sf.Disturbance(
-            dcm_noise=self.length * wrong.dcm_noise,
-            velocity_noise=self.time * wrong.velocity_noise,
-            delay=self.time * wrong.delay,
-            com_offset=(self.length * wrong.com_offset[0], self.length * wrong.com_offset[1]),
-            landing_error=self.length * wrong.landing_error,
-            touchdown_shift=self.time * wrong.touchdown_shift,
-            seed=wrong.seed,
+            dcm_noise=self.length * one.dcm_noise,
+            velocity_noise=self.time * one.velocity_noise,
+            delay=self.time * one.delay,
+            com_offset=(self.length * one.com_offset[0], self.length * one.com_offset[1]),
+            landing_error=self.length * one.landing_error,
+            touchdown_shift=self.time * one.touchdown_shift,
+            seed=one.seed,
         )
 
     def back(self, rollout: sf.Rollout) -> Mapping[str, NDArray[Any]]:
-        """What was seen and decided in a walk of this size, as it would be in the size 1."""
-        seen, told = rollout.observations, rollout.commands
+        """What was observed and decided in a walk of this size, as it would be in the size 1."""
+        observed, decided = rollout.observations, rollout.commands
         length, time = 1.0 / self.length, 1.0 / self.time
         return {
-            "time": time * seen["time"],
-            "dcm": length * seen["dcm"],
-            "support_foot": length * seen["support_foot"],
-            "swing_foot": length * seen["swing_foot"],
-            "step_location": length * told["step_location"],
-            "step_duration": time * told["step_duration"],
-            "zmp": length * told["zmp"],
-            "hip_torque": told["hip_torque"] / self.torque,
-            "mode": told["mode"].astype(float),
-            "status": told["status"].astype(float),
+            "time": time * observed["time"],
+            "dcm": length * observed["dcm"],
+            "support_foot": length * observed["support_foot"],
+            "swing_foot": length * observed["swing_foot"],
+            "step_location": length * decided["step_location"],
+            "step_duration": time * decided["step_duration"],
+            "zmp": length * decided["zmp"],
+            "hip_torque": decided["hip_torque"] / self.torque,
+            "mode": decided["mode"].astype(float),
+            "status": decided["status"].astype(float),
         }
 
 

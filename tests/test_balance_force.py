@@ -11,6 +11,7 @@ import pytest
 from numpy.typing import NDArray
 
 import surefoot as sf
+from body_states import mirrored, random_reference, random_state
 from scaled_body import scaled_biped
 from scales import Scale
 from surefoot.robot.motors import torque_range
@@ -22,7 +23,6 @@ from surefoot.worlds.body.inverse_dynamics import InverseDynamics
 from surefoot.worlds.body.mapping import joint_mapping
 from surefoot.worlds.body.mechanics import Mechanics
 from surefoot.worlds.body.world import simulate_body
-from test_inverse_dynamics import mirrored, random_reference, random_state
 
 SEEDS = range(12)
 NO_FORCES = np.zeros(2)
@@ -31,7 +31,7 @@ NO_FORCES = np.zeros(2)
 def command_of(
     mapping: BalanceForce | InverseDynamics, mechanics: Mechanics, reference: NDArray[np.void]
 ) -> JointCommand:
-    return mapping.joints(mechanics, reference, NO_FORCES)[0]
+    return mapping.joints(mechanics, reference, NO_FORCES, {})[0]
 
 
 def standing(mechanics: Mechanics, stands: tuple[int, int]) -> NDArray[np.void]:
@@ -235,7 +235,7 @@ def test_the_last_torques_are_kept_if_the_solver_fails(multibody: Multibody) -> 
     mapping, mechanics = BalanceForce(multibody), Mechanics(multibody)
     before = command_of(mapping, mechanics, standing(mechanics, (1, 1))).torque.copy()
     answer = mapping.answer()
-    mapping._workspace["make"] = Fails
+    mapping._workspace.make = Fails
     command = command_of(mapping, mechanics, standing(mechanics, (1, 0)))
     assert command.status == -1
     assert np.abs(before).max() > 1.0
@@ -248,7 +248,7 @@ def test_a_fresh_one_answers_alike(multibody: Multibody) -> None:
     mechanics.update(*random_state(multibody, 1))
     reference = random_reference(1, (1, 0))
     first = mapping.joints(mechanics, reference, NO_FORCES, mapping.start())[0].torque.copy()
-    again = mapping.fresh().joints(mechanics, reference, NO_FORCES, None)[0].torque
+    again = mapping.fresh().joints(mechanics, reference, NO_FORCES, {})[0].torque
     assert again.tolist() == first.tolist()
 
 

@@ -1,15 +1,15 @@
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import surefoot as sf
+from conftest import InPython
 from surefoot.interface import COMMAND
 from surefoot.record import new_array
-from surefoot.worlds.point.batch import simulate_batch
-from surefoot.worlds.point.landings import pushed_landings
+from surefoot.worlds.point.batch import pushed_landings, simulate_batch
 from surefoot.worlds.point.plant import LipmSimulator
 from surefoot.worlds.point.sensors import PointSensors
 
@@ -26,17 +26,6 @@ CONTROLLERS = {
     "hybrid-adapting": sf.HybridController(ROBOT, (0.2, -0.1), threshold=0.0),
     "unified": sf.UnifiedController(LEG, (0.4, 0.0)),
 }
-
-
-@dataclass(frozen=True)
-class InPython:
-    """A compiled controller that hides its kernel."""
-
-    inner: sf.HybridController
-    kernel: None = None
-
-    def __getattr__(self, name: str):
-        return getattr(self.inner, name)
 
 
 @pytest.mark.parametrize("name", CONTROLLERS)

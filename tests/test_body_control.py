@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import surefoot as sf
-from surefoot.dcm.frame_turn import rotated
+from surefoot.geometry import rotated
 from surefoot.record import new_array
 from surefoot.robot.multibody import Multibody
 from surefoot.worlds.body.controller import BodyControl
@@ -35,7 +35,7 @@ def control_of(
 def walk(
     control: BodyControl, seconds: float, steering: Steering, push: sf.Push | None = None
 ) -> tuple[np.ndarray, BodyPlant]:
-    """CoM, heading and DCM of every cycle, with the truth for an estimate."""
+    """CoM, heading and phase of every cycle, with the truth for an estimate."""
     plant = BodyPlant(control.multibody, pushes=[push] if push else [])
     state, rows = control.start(), []
     for _ in range(round(seconds * 1000)):
@@ -44,7 +44,8 @@ def walk(
         )
         plant.act(command)
         assert plant.state() == STAND
-        rows.append([*control.mechanics.com, float(state.walk["heading"][0])])
+        now = state.walk[0]
+        rows.append([*control.mechanics.com, float(now["heading"]), float(now["phase"])])
     return np.array(rows), plant
 
 
@@ -65,7 +66,7 @@ def test_a_foot_that_swings_inward_stops_before_its_fellow(
     support: int, speed: float, start: float
 ) -> None:
     limits, walk = new_array(BODY_LIMITS), new_array(BODY_WALK)
-    limits["apart"], limits["braking"], limits["period"] = 0.15, 40.0, 0.001
+    limits["min_distance"], limits["braking"], limits["period"] = 0.15, 40.0, 0.001
     walk["support"] = support
     side, stance = (1.0 if support == 1 else -1.0), 0.3
     place = np.array([0.1, stance + side * (0.15 + start)])
@@ -127,14 +128,7 @@ def test_a_body_that_is_to_stand_stands(multibody: Multibody) -> None:
 
 
 def test_steps_begin_after_a_stand(multibody: Multibody) -> None:
-    control, plant = control_of(multibody, (0.0, 0.0)), BodyPlant(multibody)
-    state, phases = control.start(), []
-    for _ in range(1500):
-        command, state = control.step(
-            state, plant.time, plant.position, plant.velocity, plant.foot_force, Steering()
-        )
-        plant.act(command)
-        phases.append(int(state.walk["phase"][0]))
+    phases = walk(control_of(multibody, (0.0, 0.0)), 1.5, Steering())[0][:, 4].tolist()
     assert phases[0] == STAND
     assert phases[-1] == WALK
     assert phases == sorted(phases)
@@ -244,12 +238,7 @@ def test_a_hold_is_the_same_to_both_sides() -> None:
         assert here.back == tuple(-x for x in there.back)
 
 
-def test_a_turn_and_back_is_nothing() -> None:
-    assert rotated(rotated((0.3, -0.2), 0.7), -0.7) == pytest.approx((0.3, -0.2))
-
-
-def test_a_steering_that_is_no_number_is_refused() -> None:
-    with pytest.raises(sf.ParameterError, match="turning"):
-        Steering(turning=math.nan)
-    with pytest.raises(sf.ParameterError, match="velocity"):
-        Steering(velocity=(0.3, math.inf))
+@pytest.mark.parametrize("wrong", [{"turning": math.nan}, {"velocity": (0.3, math.inf)}])
+def test_a_steering_that_is_no_number_is_refused(wrong: dict) -> None:
+    with pytest.raises(sf.ParameterError, match=next(iter(wrong))):
+        Steering(**wrong)

@@ -11,7 +11,7 @@ import pytest
 
 import body_motion as motions
 import surefoot as sf
-from surefoot.geometry import rotated_by, rotation_matrix, turned, turned_in_world
+from surefoot.geometry import rotate, rotate_in_world, rotated_by, rotation_matrix
 from surefoot.robot.leg_kinematics import SOLES, find_soles, leg_links
 from surefoot.robot.multibody import Multibody
 from surefoot.worlds.body.base_filter import ERRORS, FEET, POSITION, VELOCITY
@@ -67,7 +67,7 @@ def test_quaternions_turn_as_mujocos_do() -> None:
         angle = float(np.linalg.norm(rotation))
         axis = rotation / angle
         mujoco.mju_axisAngle2Quat(turn, axis, angle)
-        for ours, order in ((turned, (q, turn)), (turned_in_world, (turn, q))):
+        for ours, order in ((rotate, (q, turn)), (rotate_in_world, (turn, q))):
             out = np.empty(4)
             ours(q, rotation, out)
             mujoco.mju_mulQuat(expected, *order)
@@ -180,7 +180,7 @@ def turned_world(memory: BodyMemory, yaw: float, shift: tuple[float, float]) -> 
     base = memory.base.copy()
     c, s = math.cos(yaw), math.sin(yaw)
     R = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-    turned_in_world(base["orientation"][0], np.array([0.0, 0.0, yaw]), base["orientation"][0])
+    rotate_in_world(base["orientation"][0], np.array([0.0, 0.0, yaw]), base["orientation"][0])
     base["velocity"][0] = R @ base["velocity"][0]
     base["position"][0] = R @ base["position"][0] + (*shift, 0.0)
     base["feet"][0] = base["feet"][0] @ R.T + (*shift, 0.0)
@@ -372,15 +372,24 @@ def test_in_physics_it_follows_a_squat(multibody: Multibody) -> None:
     assert senses.foot_force.sum() == pytest.approx(multibody.mass * 9.81, rel=0.2)
 
 
-def test_wrong_parameters_are_refused(multibody: Multibody, standing: motions.Motion) -> None:
-    with pytest.raises(sf.ParameterError, match="`rate` above 0"):
-        BodyEstimator(multibody, rate=0.0)
-    with pytest.raises(sf.ParameterError, match="whole number of periods"):
-        BodyEstimator(multibody, delay=0.0015)
-    estimator = BodyEstimator(multibody)
-    short = standing.senses[0]._replace(joint_angles=np.zeros(10))
-    with pytest.raises(sf.ParameterError, match=r"`joint_angles` of shape \(12,\)"):
-        estimator.start(short)
-    silent = standing.senses[0]._replace(accelerometer=np.full(3, math.nan))
-    with pytest.raises(sf.ParameterError, match=r"`accelerometer` .* finite"):
-        estimator.start(silent)
+@pytest.mark.parametrize(
+    ("wrong", "message"),
+    [({"rate": 0.0}, "`rate` above 0"), ({"delay": 0.0015}, "whole number of periods")],
+)
+def test_wrong_parameters_are_refused(multibody: Multibody, wrong: dict, message: str) -> None:
+    with pytest.raises(sf.ParameterError, match=message):
+        BodyEstimator(multibody, **wrong)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "message"),
+    [
+        ({"joint_angles": np.zeros(10)}, r"`joint_angles` of shape \(12,\)"),
+        ({"accelerometer": np.full(3, math.nan)}, r"`accelerometer` .* finite"),
+    ],
+)
+def test_readings_that_nothing_can_start_from_are_refused(
+    estimator: BodyEstimator, standing: motions.Motion, wrong: dict, message: str
+) -> None:
+    with pytest.raises(sf.ParameterError, match=message):
+        estimator.start(standing.senses[0]._replace(**wrong))

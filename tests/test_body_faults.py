@@ -14,7 +14,7 @@ import surefoot as sf
 from surefoot.record import new_array
 from surefoot.robot.multibody import Multibody
 from surefoot.worlds.body.estimator import SETTINGS, BodyEstimator, BodyReadings
-from surefoot.worlds.body.readings import DOUBTS, believe_forces
+from surefoot.worlds.body.readings import DOUBTS, take_forces
 
 INSTANTS = (1500, 2010, 2530, 3060, 3575)
 """Cycles in which a sensor fails, at different parts of a step."""
@@ -123,7 +123,7 @@ def test_noise_alone_makes_no_load(multibody: Multibody) -> None:
     settings, most = settings_of(20.0), 0.0
     often = 0
     for force in readings:
-        believe_forces(settings, base, force)
+        take_forces(settings, base, force)
         assert not base["load"].any()
         most, often = max(most, base["evidence"].max()), often + (base["evidence"] > 40.0).sum()
     assert most > 40.0, "it was noise"
@@ -137,7 +137,7 @@ def test_a_load_is_believed_the_sooner_the_larger_it_is(
     """In standard deviations of the noise that the filter is told."""
     base, settings = BodyEstimator(multibody).start(resting(multibody)).base[0], settings_of(1.0)
     for cycle in range(cycles):
-        believe_forces(settings, base, np.array([force, 0.0]))
+        take_forces(settings, base, np.array([force, 0.0]))
         assert base["load"][0] == (force if cycle == cycles - 1 else 0.0)
     assert base["load"][1] == 0.0
 

@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-import json
 import math
 from dataclasses import asdict
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 
 import surefoot as sf
-from killed_studies import kill_when_kept, without_time
-from surefoot.cli import main
-from surefoot.control.unified.fixed_landing import fixed_place, fixed_timing, with_fixed_place
+from killed_studies import without_time
+from surefoot.control.unified.controller import fixed_place, fixed_timing, with_fixed_place
 from surefoot.dcm.nominal_gait import nominal_gait
 from surefoot.dcm.pushes import DIRECTIONS
 from surefoot.robot.feet import Side
@@ -148,7 +145,7 @@ def test_a_robot_that_is_back_in_its_gait_would_have_walked_on(impulse: float) -
 
 def test_the_push_comes_in_its_phase_of_its_step() -> None:
     start = PushedBody(ROBOT, "unified", "right", 0.25).start
-    state = start.walk.world.state
+    state = start.walk.state
     assert state.walk["support"][0] == 1
     elapsed = start.time - state.walk["began"][0]
     assert elapsed == pytest.approx(0.25 * state.command.step_duration, abs=0.0015)
@@ -183,36 +180,6 @@ def test_a_method_that_cannot_walk_says_so() -> None:
     assert (row["impulse"], row["cause"]) == (0.0, "before the push")
 
 
-KILLED = """
-import sys, time
-from pathlib import Path
-import surefoot as sf
-from surefoot.studies.compare.body_question import BodyPushes
-from surefoot.studies.engine.study import run
-BodyPushes.measure = lambda study, cell: (time.sleep(0.1), {"impulse": 1.0})[1]
-study = BodyPushes(sf.load_robot("paper-biped"), methods=("unified",), phases=4)
-run(study, Path(sys.argv[1]), workers=1)
-"""
-
-
-def test_a_killed_study_goes_on_and_repeats_nothing(tmp_path, monkeypatch) -> None:
-    folder, again = tmp_path / "table", []
-    kept = kill_when_kept(KILLED, folder, count=3)
-    assert 3 <= kept < 32
-
-    def measure(_: BodyPushes, cell: BodyPush) -> dict:
-        again.append(cell)
-        return {"impulse": 1.0}
-
-    monkeypatch.setattr(BodyPushes, "measure", measure)
-    result = run(BodyPushes(ROBOT, methods=("unified",), phases=4), folder, workers=1)
-    assert not result.failures
-    assert len(result.rows) == 32
-    assert len(again) == 32 - kept
-    with pytest.raises(sf.FileError, match=r"a folder of the same study \(step: 5\.0\)"):
-        run(BodyPushes(ROBOT, step=5.0), folder, workers=1)
-
-
 def test_what_binds_is_named_beside_the_usual() -> None:
     strong = explain(WALK, "forward", 200.0)
     assert not strong["survived"]
@@ -242,32 +209,6 @@ def test_what_is_explained_is_told_as_it_goes_on(monkeypatch) -> None:
     assert [one["cell"]["direction"] for one in found] == list(DIRECTIONS)
     assert [one["impulse"] for one in found] == [50.0] * 4
     assert told == [(done, 4) for done in range(5)]
-
-
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
-        (["--simulator", "mujoco", "--mass", "70"], "--mass with --simulator lipm"),
-        (["--simulator", "mujoco", "--leg-speed", "3"], "--leg-speed with --simulator lipm"),
-        (["--estimate"], "--estimate with --simulator mujoco"),
-        (["--explain"], "--explain with --simulator mujoco"),
-        (["--robot", "h1", "--robot", "g1"], "one --robot with --simulator lipm"),
-        (["--simulator", "mujoco", "--method", "lqr"], "a method for a body (tracking, "),
-        (["--simulator", "mujoco", "--robot", "paper-table2"], "a robot with a [body] table"),
-        (["--simulator", "mujoco", "--grid", "0"], "`step` above 0 [N s]"),
-        (["--simulator", "mujoco", "--phases", "0"], "`phases` as a whole number"),
-    ],
-)
-def test_misuse_is_told(words, message: str, tmp_path) -> None:
-    wrong = CliRunner().invoke(main, ["compare", *words, "--out", str(tmp_path / "x")])
-    assert wrong.exit_code == 2
-    assert message in wrong.stderr
-    assert not (tmp_path / "x").exists()
-
-
-def test_a_folder_of_another_name_is_refused() -> None:
-    with pytest.raises(sf.ParameterError, match="at least one of `methods`"):
-        BodyPushes(ROBOT, methods=())
 
 
 def row(key: str, direction: str, phase: float, foot: str, impulse: float) -> dict:
@@ -300,26 +241,3 @@ def test_the_report_has_the_worst_of_all_phases_and_feet(tmp_path) -> None:
     for shown in (page, text):
         assert shown.count("> 96" if shown is text else "&gt; 96") == 1
     assert push_report([measured]).write(tmp_path / ".")[0].read_bytes() == page.encode()
-
-
-def test_the_command_measures_reports_and_resumes(tmp_path) -> None:
-    asked = [
-        "compare", "--simulator", "mujoco", "--method", "tracking", "--phases", "1", "--grid",
-        "50", "--workers", "1", "--out", str(tmp_path / "out"),
-    ]  # fmt: skip
-    first = CliRunner().invoke(main, asked)
-    assert first.exit_code == 0, first.output
-    assert "8 before the push" in first.stdout
-    shards = sorted((tmp_path / "out" / "paper-biped" / "shards").iterdir())
-    again = CliRunner().invoke(main, [*asked, "--json"])
-    assert again.exit_code == 0, again.output
-    (told,) = json.loads(again.stdout)["robots"]
-    assert len(told["rows"]) == 8
-    assert sorted((tmp_path / "out" / "paper-biped" / "shards").iterdir()) == shards
-    for name in (
-        "pushes.html",
-        "pushes.md",
-        "paper-biped/pushes.png",
-        "paper-biped/pushes.parquet",
-    ):
-        assert (tmp_path / "out" / name).stat().st_size > 0

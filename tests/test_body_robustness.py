@@ -9,10 +9,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 
 import surefoot as sf
-from surefoot.cli import main
 from surefoot.studies.compare import body_question
 from surefoot.studies.compare.body_figures import walk_figure
 from surefoot.studies.compare.body_question import (
@@ -74,21 +72,6 @@ def test_what_is_alone_is_alone() -> None:
     inertial = body_disturbance("imu-noise").noise(0)
     assert inertial.encoder == inertial.rate == inertial.force == 0.0
     assert inertial.gyro == inertial.gyro_bias == 0.005
-
-
-@pytest.mark.parametrize(
-    ("changes", "message"),
-    [
-        ({"conditions": ("fog",)}, "a disturbance of a body"),
-        ({"conditions": ()}, "at least one of `conditions`"),
-        ({"methods": ("unified", "unified")}, "each of them once"),
-        ({"seeds": 0}, "`seeds` as a whole number"),
-        ({"duration": 0.0}, "`duration` above 0"),
-    ],
-)
-def test_walks_that_cannot_be_are_refused(changes: dict, message: str) -> None:
-    with pytest.raises(sf.ParameterError, match=message):
-        BodyWalks(ROBOT, **changes)
 
 
 def test_a_row_is_the_same_twice_and_true() -> None:
@@ -191,39 +174,3 @@ def test_an_estimate_knows_by_itself_how_late_its_sensors_are(
     ]
     assert walks[0].estimator == walks[1].estimator
     assert np.array_equal(walks[0].com, walks[1].com)
-
-
-def compare(*arguments: str):
-    return CliRunner().invoke(main, ["compare", *arguments])
-
-
-def test_from_the_command_line(tmp_path: Path) -> None:
-    arguments = [
-        "--simulator", "mujoco", "--disturbance", "bumps-10mm", "--seeds", "1", "--duration", "1.5",
-        "--workers", "1", "--out", str(tmp_path),
-    ]  # fmt: skip
-    result = compare(*arguments)
-    assert result.exit_code == 0, result.output
-    for words in ("usual noise", "bumps of 10 mm", "1 of 1", "DCM", "[mm]", "[mrad]", "walks.md"):
-        assert words in result.output
-    assert (tmp_path / "paper-biped" / "walks.parquet").exists()
-    told = json.loads(compare(*arguments, "--json").stdout)
-    assert [one["condition"] for one in told["robots"][0]["rows"]] == [USUAL, "bumps-10mm"]
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (["--simulator", "mujoco", "--disturbance", "fog"], "a disturbance of a body (usual-noise"),
-        (["--simulator", "mujoco", "--disturbance", "all", "--phases", "2"], "--phases without"),
-        (["--simulator", "mujoco", "--disturbance", "all", "--explain"], "--explain without"),
-        (["--simulator", "mujoco", "--disturbance", "all", "--mass", "9"], "--simulator lipm"),
-        (["--simulator", "mujoco", "--seeds", "2"], "no --disturbance"),
-        (["--duration", "2"], "--duration with --simulator mujoco and --disturbance"),
-        (["--simulator", "mujoco", "--disturbance", "all", "--seeds", "0"], "`seeds` as a whole"),
-    ],
-)
-def test_misuse_is_refused(arguments: list[str], message: str, tmp_path: Path) -> None:
-    result = compare(*arguments, "--out", str(tmp_path / "out"))
-    assert result.exit_code == 2, result.output
-    assert message in " ".join(result.output.split())

@@ -5,7 +5,6 @@ from __future__ import annotations
 import time
 from dataclasses import replace
 from itertools import pairwise
-from pathlib import Path
 
 import msgspec
 import mujoco
@@ -19,8 +18,7 @@ from surefoot.rollout.outcome import has_walked_on
 from surefoot.worlds.body.estimator import BodyReadings
 from surefoot.worlds.body.interface import JointCommand
 from surefoot.worlds.body.plant import BodyPlant
-from surefoot.worlds.body.recorder import BodyRecorder
-from surefoot.worlds.body.recording import floor_zmp, roll_pitch_yaw
+from surefoot.worlds.body.recording import BodyRecorder, floor_zmp, roll_pitch_yaw
 
 STEERING = [
     (0.0, sf.Steering((0.2, 0.0))),
@@ -118,8 +116,8 @@ def test_the_zmp_is_that_of_every_contact(control: sf.BodyControl) -> None:
         plant.act(command)
         recorder.record_effect(row, (0, 0, 0, 0))
     record = recorder.record(60)
-    wrench = np.stack([record.effect["left_wrench"], record.effect["right_wrench"]], axis=1)
-    zmp = floor_zmp(record.state["com"], wrench)[-1]
+    wrench = np.stack([record["left_wrench"], record["right_wrench"]], axis=1)
+    zmp = floor_zmp(record["com"], wrench)[-1]
     assert abs(zmp - pushed[:2] / pushed[2]).max() < 2e-4
     assert wrench[-1, :, 5] == pytest.approx(plant.foot_force, rel=1e-6)
 
@@ -174,25 +172,6 @@ def test_the_same_walk_twice_is_the_same(control: sf.BodyControl) -> None:
     assert first.body == second.body
     assert body_of(first) != replace(body_of(second), fate=3)
     assert body_of(first) != replace(body_of(second), com=body_of(second).com + 1e-9)
-
-
-def test_a_file_holds_all_of_it(steered: sf.Rollout, tmp_path: Path) -> None:
-    path = tmp_path / "walk.npz"
-    steered.save(path)
-    loaded = sf.load_rollout(path)
-    assert loaded.body == steered.body
-    assert loaded.observations.tobytes() == steered.observations.tobytes()
-    assert loaded.seen.tobytes() == steered.seen.tobytes()
-    assert loaded.footsteps == steered.footsteps
-    assert loaded.robot == steered.robot
-    assert loaded.outcome is steered.outcome
-    assert sf.measure_body(loaded, body_of(loaded)) == sf.measure_body(steered, body_of(steered))
-
-
-def test_a_file_of_a_point_mass_has_no_body(tmp_path: Path, robot: sf.Robot) -> None:
-    path = tmp_path / "walk.npz"
-    sf.simulate(sf.HybridController(robot, (0.3, 0.0)), 0.5).save(path)
-    assert sf.load_rollout(path).body is None
 
 
 def test_measures(steered: sf.Rollout, control: sf.BodyControl) -> None:

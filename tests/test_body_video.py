@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import subprocess
 import sys
@@ -17,10 +18,9 @@ from PIL import Image
 import surefoot as sf
 from surefoot.show import palette
 from surefoot.show.film import GIF_SIZE, RATE, SIZE, STILL, Film
-from surefoot.show.footprints import standing_places
-from surefoot.show.ground import metres_per_inch
-from surefoot.show.joint_plots import motors_of
-from surefoot.show.time_plots import panels
+from surefoot.show.page import units_per_inch
+from surefoot.show.plotted_walk import PlottedWalk
+from surefoot.show.time_plots import motors_of, panels
 from surefoot.show.walk_figure import walk_figure
 
 PUSH = sf.Push(1.2, 0.1, (200.0, 0.0))
@@ -41,8 +41,7 @@ def fallen(body_control: sf.BodyControl) -> sf.Rollout:
 
 def film_of(rollout: sf.Rollout, rows: list[int]) -> Film:
     """A film of a few cycles only."""
-    assert rollout.body is not None
-    film = Film(rollout, rollout.body)
+    film = Film(rollout)
     film.__dict__["rows"] = rows
     return film
 
@@ -100,12 +99,10 @@ def test_pictures_do_not_depend_on_the_past(walk: sf.Rollout, pictures: list[np.
 
 
 def test_a_film_lasts_as_long_as_the_walk(walk: sf.Rollout, fallen: sf.Rollout) -> None:
-    assert walk.body is not None
-    film = Film(walk, walk.body)
+    film = Film(walk)
     assert len(film) == int(2.2 * RATE) + 1
     assert walk.time[film.rows[RATE]] == pytest.approx(1.0, abs=2e-3)
-    assert fallen.body is not None
-    longer = Film(fallen, fallen.body)
+    longer = Film(fallen)
     assert len(longer) == int(fallen.time[-1] * RATE) + 1 + round(STILL * RATE)
 
 
@@ -171,7 +168,7 @@ def test_without_opengl_the_remedy_is_told(tmp_path: Path) -> None:
     code = (
         "import sys; sys.modules['mujoco.egl'] = None\n"
         "import surefoot as sf\n"
-        "from surefoot.show.off_screen import OffScreen\n"
+        "from surefoot.show.scene import OffScreen\n"
         "model = sf.load_multibody(sf.load_robot('paper-biped')).model\n"
         "try: OffScreen(model, 64, 64)\n"
         "except sf.SurefootError as error: print(type(error).__name__, error)"
@@ -205,12 +202,11 @@ def test_the_page_shows_every_part(walk: sf.Rollout) -> None:
 
 
 def test_soles_are_drawn_where_they_stood(walk: sf.Rollout) -> None:
-    assert walk.body is not None
-    places = standing_places(walk.body)
-    assert [foot for _, foot, *_ in places[:2]] == [0, 1]
-    assert places[0][2] == pytest.approx([0.0, 0.1], abs=0.02)
+    places = PlottedWalk(walk).soles
+    assert [sole.side for sole in places[:2]] == [sf.Side.LEFT, sf.Side.RIGHT]
+    assert places[0].centre == pytest.approx([0.0, 0.1], abs=0.02)
     for step in walk.footsteps:
-        assert any(np.hypot(*(place - step.landing)) < 0.02 for _, _, place, _ in places)
+        assert any(math.dist(sole.centre, step.landing) < 0.02 for sole in places)
 
 
 def test_a_fall_is_named_on_the_page(fallen: sf.Rollout) -> None:
@@ -231,9 +227,9 @@ def test_a_fall_to_the_side_does_not_shrink_the_page(body_control: sf.BodyContro
     figure = walk_figure(rollout)
     top = next(ax for ax in figure.axes if ax.get_xlabel() == "x [m]")
     low, high = top.get_ylim()
-    assert metres_per_inch(top) == pytest.approx(0.25, rel=0.2)
-    for *_, place, _ in standing_places(rollout.body):
-        assert low < place[1] < high
+    assert units_per_inch(top) == pytest.approx(0.25, rel=0.2)
+    for sole in PlottedWalk(rollout).soles:
+        assert low < sole.centre[1] < high
     (mark,) = [line for line in top.lines if line.get_gid() == "fall"]
     assert low + 0.01 < mark.get_ydata()[0] < high - 0.01  # type: ignore[index, operator]
 

@@ -10,10 +10,8 @@ from pathlib import Path
 
 import polars
 import pytest
-from click.testing import CliRunner
 
 import surefoot as sf
-from surefoot.cli import main
 from surefoot.control.registry import find_method, methods
 from surefoot.studies.compare.budget import (
     budget_figure,
@@ -169,33 +167,6 @@ def test_labels_of_the_picture_do_not_leave_it(measured) -> None:
         box = label.get_window_extent()
         assert 0.0 <= box.x0 < box.x1 <= width, label.get_text()
         assert 0.0 <= box.y0 < box.y1 <= height, label.get_text()
-
-
-def test_the_command_asks_for_the_undisturbed_walk_too(tmp_path: Path) -> None:
-    folder = tmp_path / "out"
-    asked = [
-        "compare", "--mass", "70", "--method", "tracking", "--disturbance", "delay-10ms",
-        "--disturbance", "late-touchdown", "--directions", "1", "--phases", "1", "--step", "10",
-        "--workers", "1", "--out", str(folder),
-    ]  # fmt: skip
-    first = CliRunner().invoke(main, asked)
-    assert first.exit_code == 0, first.output
-    for words in ("undisturbed", "delay 10 ms", "touchdown 30 ms late", "DCM tracking"):
-        assert words in first.stdout
-    assert {path.name for path in folder.iterdir()} == {
-        "budget.html", "budget.md", "budget.png", "compare.parquet", "run.json", "shards"
-    }  # fmt: skip
-    again = CliRunner().invoke(main, [*asked, "--json"])
-    told = json.loads(again.stdout)
-    assert [row["disturbance"] for row in told["rows"]] == ["none", "delay-10ms", "late-touchdown"]
-    notes = polars.read_parquet_metadata(folder / "compare.parquet")
-    assert json.loads(notes["surefoot.disturbances"]) == told["disturbances"]
-    plain = CliRunner().invoke(main, [*asked[:5], *asked[9:]])
-    assert plain.exit_code == 2
-    assert "expected a folder of the same study (must_settle: True)" in plain.stderr
-    wrong = CliRunner().invoke(main, ["compare", "--disturbance", "fog", "--out", str(folder)])
-    assert wrong.exit_code == 2
-    assert "expected a disturbance (none, dcm-noise-1mm," in wrong.stderr
 
 
 def test_the_published_table_is_still_one(tmp_path: Path) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
 
 import matplotlib.pyplot as plt
 import mujoco
@@ -173,15 +172,6 @@ def test_it_walks_over_bumps_and_its_feet_are_clear_of_them(rough: sf.Rollout) -
     assert (on & (height > 0.004)).any()
     assert trace.sole_position[..., 2][on & (height > 0.004)].min() > 0.002
     assert "bumps=0.01" in trace.surroundings
-
-
-def test_a_recording_keeps_the_boards(rough: sf.Rollout, tmp_path: Path) -> None:
-    rough.save(tmp_path / "rough.npz")
-    loaded = sf.load_rollout(tmp_path / "rough.npz")
-    assert loaded.body is not None
-    assert rough.body is not None
-    assert np.array_equal(loaded.body.boards, rough.body.boards)
-    assert np.array_equal(loaded.body.clearance, rough.body.clearance)
 
 
 def test_the_picture_shows_the_boards(rough: sf.Rollout) -> None:

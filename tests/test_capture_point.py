@@ -1,23 +1,14 @@
-"""Stepping onto the capture point: dead beat, in time, with the ZMP under the sole.
-
-Reference of the limits: an independent prototype with a point foot, found by the protocol of
-test_push_recovery: 25 / 76 / 28 / 21 N s.
-"""
+"""Stepping onto the capture point: dead beat, in time, with the ZMP under the sole."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 import surefoot as sf
 from surefoot.robot.robot import Swing
 
 ROBOT = sf.load_robot("paper-biped").replace(mass=70.0)
-DIRECTIONS = [(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)]
-POINT_FOOT = (25.0, 76.0, 28.0, 21.0)
-FORCES = st.floats(-100.0, 100.0)
 
 
 def push(impulse_x: float, impulse_y: float) -> sf.Push:
@@ -40,20 +31,6 @@ def test_one_step_ends_an_error(controller: sf.CapturePointStepping, impulse) ->
         d_nom = controller.gait.dcm_offset(step.side)
         assert step.dcm_offset == pytest.approx(d_nom, abs=1e-9)
     assert error[rollout.time >= 1.5].max() < 1e-9
-
-
-@given(FORCES, FORCES, st.booleans())
-def test_no_push_changes_the_timing_or_leaves_the_box(force_x, force_y, ankle) -> None:
-    controller = sf.CapturePointStepping(ROBOT, (0.5, 0.0), ankle=ankle)
-    rollout = sf.simulate(controller, 2.6, [sf.Push(1.1, 0.2, (4.0 * force_x, 2.0 * force_y))])
-    for step in rollout.footsteps:
-        assert step.duration == pytest.approx(controller.gait.step_duration, abs=1e-12)
-        low, high = ROBOT.gait.step_box(step.side, ROBOT.hip)
-        assert (np.array(step.step) >= np.array(low) - 1e-12).all()
-        assert (np.array(step.step) <= np.array(high) + 1e-12).all()
-    away = np.abs(rollout.zmp - rollout.support_foot)
-    half = np.array(ROBOT.foot.half) if ankle else np.zeros(2)
-    assert (away <= half + 1e-12).all()
 
 
 def test_the_sole_comes_first_and_the_step_does_the_rest() -> None:
@@ -83,7 +60,7 @@ def test_the_offset_that_is_announced_is_the_one_that_comes(
     assert announced == pytest.approx(np.broadcast_to(found, announced.shape), abs=1e-9)
 
 
-def test_a_leg_that_is_too_slow_is_told() -> None:
+def test_a_leg_that_is_too_slow_is_flagged() -> None:
     slow = ROBOT.replace(swing=Swing(max_speed=1.2))
     rollout = sf.simulate(sf.CapturePointStepping(slow, (0.5, 0.0)), 3.0, [push(50.0, 0.0)])
     flagged = rollout.commands["status"] & int(sf.Status.UNREACHABLE) != 0
@@ -91,22 +68,9 @@ def test_a_leg_that_is_too_slow_is_told() -> None:
     assert not flagged[rollout.time < 1.1].any()
 
 
-def test_a_foot_that_is_late_is_told() -> None:
+def test_a_foot_that_is_late_is_flagged() -> None:
     controller = sf.CapturePointStepping(ROBOT, (0.5, 0.0))
     late = controller.first_observation().replace(elapsed=0.6, time=0.6)
     command, _ = controller.step(controller.start(late), late)
     assert sf.Status.NO_TIME_LEFT in command.status
     assert command.step_duration == 0.6
-
-
-@pytest.mark.parametrize(("direction", "reference"), list(zip(DIRECTIONS, POINT_FOOT, strict=True)))
-def test_push_limits(direction, reference: float) -> None:
-    point, sole = (
-        sf.smallest_failing_push(
-            sf.CapturePointStepping(ROBOT, (0.5, 0.0), ankle=ankle), direction, largest=150.0
-        ).impulse
-        for ankle in (False, True)
-    )
-    assert 0.9 * reference <= point <= 1.1 * reference
-    # The sole alone holds what tracking holds against such a push, 15 N s across and 28 along.
-    assert sole >= point + 15.0

@@ -3,15 +3,14 @@ from __future__ import annotations
 import re
 
 import pytest
-from click.testing import CliRunner
 
-from surefoot.cli import main
+from invoked import run
 from surefoot.cli.cite import BIBLIOGRAPHY, ENTRY
 from surefoot.control.registry import method, methods
 
 
 def cite(*words: str, status: int = 0) -> str:
-    result = CliRunner().invoke(main, ["cite", *words])
+    result = run("cite", *words)
     assert result.exit_code == status, result.output
     return result.output
 

@@ -12,7 +12,8 @@ from typing import Any
 import pytest
 
 import surefoot as sf
-from invoked import run
+from invoked import numbers, refused, run
+from surefoot.cli.walk import OF_BODY, OF_POINT_MASS, walk
 from surefoot.show.words import title
 from surefoot.worlds.body import world as body_world
 
@@ -20,7 +21,7 @@ PHYSICS = ("walk", "--simulator", "mujoco")
 
 
 def told(*arguments: str) -> dict:
-    return json.loads(run(*PHYSICS, *arguments, "--json").stdout)
+    return numbers(*PHYSICS, *arguments)
 
 
 def test_it_tells_what_happened() -> None:
@@ -36,7 +37,7 @@ def test_it_tells_what_happened() -> None:
 
 
 def test_json_has_what_the_point_mass_has_and_the_body() -> None:
-    point = json.loads(run("walk", "--duration", "2", "--json").stdout)
+    point = numbers("walk", "--duration", "2")
     physics = told("--duration", "5.5", "--truth", "--push", "10,0@2.5+0.1")
     assert set(point) < set(physics)
     assert physics["outcome"] == "recovered"
@@ -120,56 +121,50 @@ def test_a_push_is_over_the_mass_that_it_moves() -> None:
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["walk", "--truth"], "expected --truth with --simulator mujoco; got --simulator lipm"),
-        (["walk", "--turning", "0.1"], "--turning with --simulator mujoco"),
-        (["walk", "--stand-at", "2"], "--stand-at with --simulator mujoco"),
-        (["walk", "--friction", "0.5"], "--friction with --simulator mujoco"),
-        (["walk", "--payload", "5"], "--payload with --simulator mujoco"),
-        (["walk", "--bumps", "0.01"], "--bumps with --simulator mujoco"),
-        (["walk", "--mass-error", "0.1"], "--mass-error with --simulator mujoco"),
-        (["walk", "--delay", "0.005"], "--delay with --simulator mujoco"),
-        (["walk", "--seed", "1"], "--seed with --simulator mujoco"),
-        ([*PHYSICS, "--bumps", "-0.01"], "`bumps` of at least 0 [m]"),
-        ([*PHYSICS, "--mass-error", "-1"], "`mass_error` above -1 [-]"),
-        ([*PHYSICS, "--delay", "0.0005"], "whole number of periods"),
-        ([*PHYSICS, "--delay", "0.005", "--truth"], "--delay without --truth"),
-        ([*PHYSICS, "--seed", "-1"], "`seed` as a whole number"),
-        ([*PHYSICS, "--seed", "1", "--truth"], "--seed where something is drawn"),
-        ([*PHYSICS, "--bumps", "0.031"], "`bumps` of at most 0.03 [m]: a foot that touches so"),
-        ([*PHYSICS, "--bumps", "0.01"], "with bumps, a course on the boards"),
-        ([*PHYSICS, "--payload", "68.1"], "`payload` of at most 68 [kg]"),
-        ([*PHYSICS, "--turning", "-2.6"], "`turning` of at most 2.5 [rad/s]: in faster turns"),
-        (["walk", "--video", "a.mp4"], "--video with --simulator mujoco"),
-        (
-            [*PHYSICS, "--unprojected"],
-            "--unprojected with --simulator lipm; got --simulator mujoco",
-        ),
-        ([*PHYSICS, "--double-support", "0.2"], "--double-support with --simulator lipm"),
-        ([*PHYSICS, "--footholds", "a.csv"], "--footholds with --simulator lipm"),
-        ([*PHYSICS, "--plot-decisions", "a.png"], "--plot-decisions with --simulator lipm"),
-        ([*PHYSICS, "--robot", "paper-table2"], "a robot with a [body] table"),
-        ([*PHYSICS, "--friction", "0"], "`friction` above 0 [-]"),
-        ([*PHYSICS, "--payload", "-1"], "`payload` of at least 0 [kg]"),
-        ([*PHYSICS, "--controller", "ankle-hip-step-mpc"], "leaves the trunk upright"),
-        ([*PHYSICS, "--stand-at", "-1"], "--stand-at at 0 s or later"),
-        ([*PHYSICS, "--turning", "nan"], "`turning` [rad/s], finite"),
-        ([*PHYSICS, "--velocity", "9", "0"], "expected at most"),
-        ([*PHYSICS, "--then", "9,0@1"], "expected at most"),
-        ([*PHYSICS, "--then", "0.1,0@2", "--then", "0.1,0@1"], "--then in order of time"),
-        ([*PHYSICS, "--then", "0.1,0@2", "--stand-at", "1"], "--stand-at after every --then"),
-        ([*PHYSICS, "--duration", "0"], "`duration` above 0 [s]"),
-        ([*PHYSICS, "--video", "walk.avi"], "a path ending in .mp4, .gif"),
-        ([*PHYSICS, "--video", "no/such/walk.mp4"], "a directory that exists"),
-        ([*PHYSICS, "--save", "walk.xyz"], "a path ending in .npz"),
+        (["--bumps", "-0.01"], "`bumps` of at least 0 [m]"),
+        (["--mass-error", "-1"], "`mass_error` above -1 [-]"),
+        (["--mapping", "none"], "a mapping (inverse-dynamics, com-jacobian), or module:Class"),
+        (["--delay", "0.0005"], "whole number of periods"),
+        (["--delay", "0.005", "--truth"], "--delay without --truth"),
+        (["--seed", "-1"], "`seed` as a whole number"),
+        (["--seed", "1", "--truth"], "--seed where something is drawn"),
+        (["--bumps", "0.031"], "`bumps` of at most 0.03 [m]: a foot that touches so"),
+        (["--bumps", "0.01"], "with bumps, a course on the boards"),
+        (["--payload", "68.1"], "`payload` of at most 68 [kg]"),
+        (["--turning", "-2.6"], "`turning` of at most 2.5 [rad/s]: in faster turns"),
+        (["--robot", "paper-table2"], "a robot with a [body] table"),
+        (["--friction", "0"], "`friction` above 0 [-]"),
+        (["--payload", "-1"], "`payload` of at least 0 [kg]"),
+        (["--controller", "ankle-hip-step-mpc"], "leaves the trunk upright"),
+        (["--stand-at", "-1"], "--stand-at at 0 s or later"),
+        (["--turning", "nan"], "`turning` [rad/s], finite"),
+        (["--velocity", "9", "0"], "expected at most"),
+        (["--then", "9,0@1"], "expected at most"),
+        (["--then", "0.1,0@2", "--then", "0.1,0@1"], "--then in order of time"),
+        (["--then", "0.1,0@2", "--stand-at", "1"], "--stand-at after every --then"),
+        (["--duration", "0"], "`duration` above 0 [s]"),
+        (["--video", "walk.avi"], "a path ending in .mp4, .gif"),
+        (["--video", "no/such/walk.mp4"], "a directory that exists"),
+        (["--save", "walk.xyz"], "a path ending in .npz"),
     ],
 )
 def test_misuse_exits_with_2_and_says_what_to_do(arguments: list[str], message: str) -> None:
     if "--duration" not in arguments:
         # Had the walk begun before the mistake was told, this would not end.
         arguments = [*arguments, "--duration", "1e6"]
-    result = run(*arguments)
-    assert result.exit_code == 2, result.output
-    assert message in result.output
+    assert message in refused(*PHYSICS, *arguments)
+
+
+@pytest.mark.parametrize(
+    ("simulator", "other", "name"),
+    [*(("lipm", "mujoco", name) for name in OF_BODY),
+     *(("mujoco", "lipm", name) for name in OF_POINT_MASS)],
+)  # fmt: skip
+def test_an_option_of_the_other_world_is_named(simulator: str, other: str, name: str) -> None:
+    (option,) = [one for one in walk.params if one.name == name]
+    given = [option.opts[0], *([] if getattr(option, "is_flag", False) else ["1"])]
+    said = refused("walk", "--simulator", simulator, *given)
+    assert f"expected {given[0]} with --simulator {other}; got --simulator {simulator}" in said
 
 
 @pytest.mark.parametrize(

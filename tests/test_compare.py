@@ -4,18 +4,15 @@ from __future__ import annotations
 
 import json
 import math
-from pathlib import Path
 
 import polars
 import pytest
-from click.testing import CliRunner
 
 import surefoot as sf
-from killed_studies import kill_when_kept, shards, without_time
-from surefoot.cli import main
+from killed_studies import without_time
 from surefoot.control.registry import find_method, method_names, methods
 from surefoot.studies.compare.question import Cell, Comparison, able_methods, every_method
-from surefoot.studies.compare.remarks import remarks
+from surefoot.studies.compare.show import remarks
 from surefoot.studies.engine.study import Measured, run
 
 ROBOT = sf.load_robot("paper-biped").replace(mass=70.0)
@@ -121,96 +118,6 @@ def test_the_number_of_workers_changes_nothing(measured, tmp_path) -> None:
     assert without_time(two.rows) == without_time(measured.rows)
 
 
-KILLED = """
-from pathlib import Path
-import sys, time
-import surefoot as sf
-from surefoot.studies.compare.question import Comparison
-from surefoot.studies.engine.study import run
-Comparison.KEEP_EVERY = 0.0
-honest = Comparison.measure
-Comparison.measure = lambda *a: (time.sleep(0.3), honest(*a))[1]
-SMALL = Comparison(
-    sf.load_robot('paper-biped').replace(mass=70.0), methods=('tracking', 'hybrid'), directions=2,
-    phases=2, leg_speeds=(3.0,), step=20.0,
-)
-run(SMALL, Path(sys.argv[1]), workers=1)
-"""
-
-
-def kept_rows(folder: Path) -> list[dict]:
-    return [row for path in shards(folder) for row in polars.read_parquet(path).to_dicts()]
-
-
-def test_a_killed_study_goes_on_and_repeats_nothing(measured, tmp_path, monkeypatch) -> None:
-    """kill -9 in the middle, three times; every finished cell is measured once."""
-    folder, before = tmp_path / "table", 0
-    for _ in range(3):
-        before = kill_when_kept(KILLED, folder, count=before + 1)
-    kept = kept_rows(folder)
-    assert 3 <= len(kept) < len(measured.rows)
-    again = []
-    honest = Comparison.measure
-    monkeypatch.setattr(Comparison, "measure", lambda s, c: (again.append(c), honest(s, c))[1])
-    found = run(SMALL, folder, workers=1)
-    assert not found.failures
-    assert len(again) == len(found.rows) - len(kept)
-    assert without_time(found.rows) == without_time(measured.rows)
-
-
-def test_a_poisoned_cell_is_reported_and_the_others_go_on(measured, tmp_path, monkeypatch) -> None:
-    honest = Comparison.measure
-
-    def poisoned(study: Comparison, cell: Cell) -> dict:
-        if cell.method == "hybrid" and cell.phase == 0.5 and cell.angle == 180.0:
-            raise ZeroDivisionError("a poisoned cell")
-        return honest(study, cell)
-
-    monkeypatch.setattr(Comparison, "measure", poisoned)
-    found = run(SMALL, tmp_path / "table", workers=1)
-    assert [(one.cell.method, one.cell.phase, one.cell.angle) for one in found.failures] == [
-        ("hybrid", 0.5, 180.0)
-    ]
-    assert "a poisoned cell" in found.failures[0].error
-    assert len(found.rows) == len(measured.rows) - 1
-    monkeypatch.setattr(Comparison, "measure", honest)
-    found = run(SMALL, tmp_path / "table", workers=1)
-    assert not found.failures
-    assert without_time(found.rows) == without_time(measured.rows)
-
-
-def test_a_folder_of_another_study_is_refused(measured, tmp_path, monkeypatch) -> None:
-    monkeypatch.setattr(Comparison, "measure", lambda *_: dict(measured.rows[0]))
-    monkeypatch.setattr(Comparison, "notes", lambda *_: {})
-    run(SMALL, tmp_path / "table", workers=1)
-    other = Comparison(ROBOT.replace(mass=50.0), methods=("tracking",))
-    with pytest.raises(sf.FileError, match=r"a folder of the same study .*choose another folder"):
-        run(other, tmp_path / "table", workers=1)
-    more = Comparison(ROBOT, methods=("step-timing",), step=20.0, leg_speeds=(2.0,))
-    run(more, tmp_path / "table", workers=1)  # more cells of the same study are welcome
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        ({"methods": ("lqr",)}, r"a method \("),
-        ({"methods": ()}, "at least one of `methods`"),
-        ({"methods": ("hybrid", "hybrid")}, "`methods` without repetition"),
-        ({"directions": 0}, "`directions` as a whole number of at least 1"),
-        ({"phases": 2.5}, "`phases` as a whole number"),
-        ({"leg_speeds": (0.0,)}, r"`leg_speeds` above 0 \[m/s\]"),
-        ({"leg_speeds": (math.nan,)}, "`leg_speeds` above 0"),
-        ({"push_durations": (math.inf,)}, r"`push_durations` above 0 \[s\] and finite"),
-        ({"step": 0.0}, r"`step` above 0 \[N s\]"),
-    ],
-)
-def test_questions_that_make_no_sense(arguments, message: str) -> None:
-    with pytest.raises(sf.ParameterError, match=message):
-        Comparison(ROBOT, **arguments)
-    with pytest.raises(sf.VelocityError):
-        Comparison(ROBOT, velocity=(9.0, 0.0))
-
-
 def test_limits_do_not_depend_on_the_method() -> None:
     cells = [Cell(key, 90.0, 0.25, 0.1, 3.0) for key in every_method()]
     assert len({tuple(SMALL.limits(cell).values()) for cell in cells}) == 1
@@ -266,16 +173,6 @@ def test_a_scan_that_nothing_ends_still_makes_a_table(tmp_path) -> None:
     assert polars.read_parquet(tmp_path / "table" / "compare.parquet")["impulse"][0] == math.inf
 
 
-def test_a_leg_that_is_too_slow_for_the_gait_is_refused() -> None:
-    with pytest.raises(sf.VelocityError, match=r"a leg of at least 1\.875 m/s .* walk at less"):
-        Comparison(ROBOT, leg_speeds=(3.0, 1.5))
-
-
-def test_no_workers_are_refused(tmp_path) -> None:
-    with pytest.raises(sf.ParameterError, match="a number of workers; got 0"):
-        run(SMALL, tmp_path / "table", workers=0)
-
-
 def test_the_papers_claim_is_answered_from_the_rows() -> None:
     rows = [
         row("hybrid", 80.0), row("foot-placement-mpc", 40.0),
@@ -291,31 +188,3 @@ def test_the_papers_claim_is_answered_from_the_rows() -> None:
     unbeaten = [*rows[:2], row("hybrid", 50.0, phase=0.5)]
     unbeaten.append(row("foot-placement-mpc", math.inf, phase=0.5))
     assert "forward 50–80 against 40–no N s (the hybrid is ahead in 1 of 2" in remarks(unbeaten)[1]
-
-
-def test_the_command_measures_shows_and_resumes(tmp_path) -> None:
-    folder = tmp_path / "out"
-    asked = [
-        "compare", "--mass", "70", "--method", "tracking", "--method", "capture-point",
-        "--directions", "4", "--phases", "1", "--step", "25", "--workers", "1",
-        "--out", str(folder),
-    ]  # fmt: skip
-    first = CliRunner().invoke(main, asked)
-    assert first.exit_code == 0, first.output
-    assert "capture-point stepping" in first.stdout
-    for name in ("compare.parquet", "compare.html", "compare.md", "pictures/shares.png"):
-        assert (folder / name).stat().st_size > 0
-    shards = sorted((folder / "shards").iterdir())
-    again = CliRunner().invoke(main, [*asked, "--json"])
-    assert again.exit_code == 0, again.output
-    told = json.loads(again.stdout)
-    assert len(told["rows"]) == 8
-    assert {one["key"] for one in told["methods"]} == {"tracking", "capture-point"}
-    assert sorted((folder / "shards").iterdir()) == shards  # nothing was measured again
-
-
-def test_the_command_tells_of_misuse(tmp_path) -> None:
-    wrong = CliRunner().invoke(main, ["compare", "--method", "lqr", "--out", str(tmp_path / "x")])
-    assert wrong.exit_code == 2
-    assert "expected a method (tracking," in wrong.stderr
-    assert not (tmp_path / "x").exists()

@@ -15,13 +15,13 @@ from figure_artists import assert_words_stand_apart, drawn, line
 from push_comparison import METHODS, comparison, measured_rows
 from surefoot.errors import ParameterError
 from surefoot.show import palette
-from surefoot.show.method_marks import mark
-from surefoot.studies.compare.fraction_figure import fraction_figure
-from surefoot.studies.compare.polar_figure import polar_figure
+from surefoot.show.palette import mark
+from surefoot.studies.compare.figures import fraction_figure, polar_figure
 from surefoot.studies.compare.question import Comparison
-from surefoot.studies.compare.scores import score, select, survived, unbroken, values
+from surefoot.studies.compare.scores import score, survived, unbroken
 from surefoot.studies.engine.report import Figure as Drawn
 from surefoot.studies.engine.study import Measured
+from surefoot.studies.engine.table import select, values
 
 
 def measured(directions: int = 8, phases: int = 8, **options: Any) -> Measured[Comparison]:
@@ -206,8 +206,6 @@ def test_the_same_comparison_gives_the_same_bytes(ending: str) -> None:
 
 def test_wrong_choices_are_told() -> None:
     found = measured(4, 1)
-    with pytest.raises(ParameterError, match=r"`leg_speed` that was measured: 3, inf; got 5\.0"):
-        polar_figure(found, leg_speed=5.0)
     with pytest.raises(ParameterError, match=r"`push_duration` that was measured: 0\.2; got 0\.5"):
         polar_figure(found, push_duration=0.5)
     rows = measured_rows(4, 1, (3.0,), (0.2,)) + measured_rows(4, 1, (6.0,), (0.4,))

@@ -1,6 +1,5 @@
 from __future__ import annotations
 
-import io
 import math
 import re
 from pathlib import Path
@@ -8,13 +7,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from rich.console import Console
 
 from push_comparison import METHODS, PROVENANCE, comparison, measured_rows
-from surefoot.errors import FileError, ParameterError
+from surefoot.errors import ParameterError
 from surefoot.rollout.outcome import RECOVERY_TIME, SETTLED_ROOM, SETTLED_VELOCITY
 from surefoot.studies.compare.question import Comparison
-from surefoot.studies.compare.scores import Choice, choose, select, share, survived, unbroken
+from surefoot.studies.compare.scores import Choice, choose, share, survived, unbroken
 from surefoot.studies.compare.show import (
     COLUMNS,
     LIMIT,
@@ -26,6 +24,7 @@ from surefoot.studies.compare.show import (
 )
 from surefoot.studies.engine.report import Table
 from surefoot.studies.engine.study import Measured
+from surefoot.studies.engine.table import select
 from surefoot.studies.engine.words import angle_words, time_words
 
 ROW = {
@@ -157,22 +156,6 @@ def test_the_usual_choice() -> None:
     assert choose(unlimited) == Choice(math.inf, 0.4, 0.0)
 
 
-@pytest.mark.parametrize("width", [80, 100, 200])
-def test_the_terminal_shows_every_number_whatever_its_width(
-    measured: Measured[Comparison], width: int
-) -> None:
-    stream = io.StringIO()
-    comparison_report(measured).print(Console(file=stream, width=width))
-    printed = stream.getvalue()
-    assert max(len(text.rstrip()) for text in printed.splitlines()) <= width
-    for leg_speed in (2.0, 3.0, math.inf):
-        for row in table(measured, leg_speed=leg_speed).rows:
-            for value in row[2:]:
-                assert value in printed
-    heads = [line for line in printed.splitlines() if re.match(r"method +adapts", line)]
-    assert all(("cells" in line) == (width == 200) for line in heads)
-
-
 def test_a_choice_must_have_been_measured(measured: Measured[Comparison]) -> None:
     with pytest.raises(ParameterError, match=r"`phase` that was measured: 0, 0\.125, .*; got 0\.3"):
         comparison_report(measured, Choice(3.0, 0.2, 0.3))
@@ -243,14 +226,6 @@ def test_the_report_says_where_robots_do_not_settle(measured: Measured[Compariso
     assert found is not None
     assert [int(value) for value in found.groups()] == [len(unsettled), len(own), counted]
     assert "Nowhere" in comparison_report(one()).markdown()
-
-
-def test_a_folder_that_cannot_be_written_is_told(
-    measured: Measured[Comparison], tmp_path: Path
-) -> None:
-    (tmp_path / "file").write_text("")
-    with pytest.raises(FileError, match="expected a folder that can be written to"):
-        comparison_report(one()).write(tmp_path / "file")
 
 
 def test_directions_have_names() -> None:

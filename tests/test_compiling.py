@@ -13,9 +13,9 @@ SOURCE = Path(sf.__file__).parent
 
 ASK = """
 import numpy as np
-from surefoot.control.tracking import PLAN, TRACKING, follow_plan
-from surefoot.interface import COMMAND, OBSERVATION
-records = [np.zeros(1, dtype) for dtype in (TRACKING, OBSERVATION, PLAN, COMMAND)]
+from surefoot.control.tracking import Plan, Tracking, follow_plan
+from surefoot.interface import Command, Observation
+records = [np.zeros(1, kind.DTYPE) for kind in (Tracking, Observation, Plan, Command)]
 tracking, observation, plan, command = records
 plan["start_offset"] = 0.5
 follow_plan(tracking[0], observation[0], 2.0, plan[0], command[0])

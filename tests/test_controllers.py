@@ -45,6 +45,38 @@ def test_the_suite_of_the_package_has_every_method(monkeypatch: pytest.MonkeyPat
     assert [one.name for one in cases()] == ["hybrid", "tracking"]
 
 
+LIMITED = {
+    **{one.key: (one, {}) for one in methods()},
+    "capture-point-no-ankle": (find_method("capture-point"), {"ankle": False}),
+}
+
+
+@pytest.mark.parametrize("name", LIMITED)
+def test_no_push_takes_it_out_of_its_limits(name: str) -> None:
+    """The ZMP stays in the sole and steps in their box; what is not adapted stays as planned."""
+    one, arguments = LIMITED[name]
+    controller = one.controller(LEG if one.slow else ROBOT, (0.5, 0.0), **arguments)
+    moves_zmp = "ZMP" in one.adapts and arguments.get("ankle", True)
+    half = np.array(ROBOT.foot.half) if moves_zmp else np.zeros(2)
+    shortest, longest = ROBOT.gait.step_duration
+    count = 60 if controller.kernel is not None else 2 if one.slow else 8
+    for force in np.random.default_rng(11).uniform((-800.0, -400.0), (800.0, 400.0), (count, 2)):
+        share = np.random.default_rng(abs(int(force[0]))).uniform(0.0, 1.0)
+        push = sf.Push(1.1, 0.2, (share * float(force[0]), share * float(force[1])))
+        rollout = sf.simulate(controller, 2.6, [push])
+        assert (np.abs(rollout.zmp - rollout.support_foot) <= half + 1e-9).all(), push
+        for step in rollout.footsteps:
+            low, high = ROBOT.gait.step_box(step.side, ROBOT.hip)
+            assert (np.array(step.step) >= np.array(low) - 1e-9).all(), push
+            assert (np.array(step.step) <= np.array(high) + 1e-9).all(), push
+            assert shortest - 1e-9 <= step.duration <= longest + 1e-9, push
+            if "timing" not in one.adapts:
+                assert step.duration == pytest.approx(controller.gait.step_duration, abs=1e-9)
+            if one.fixed_steps:
+                planned = controller.gait.step(step.side)
+                assert step.step == pytest.approx(planned, abs=max(one.nearness, 1e-9)), push
+
+
 @pytest.mark.parametrize("gain", [2.0, 5.0])
 def test_tracking_removes_an_error_at_its_rate(gain: float) -> None:
     """K_f is the rate at which the error decays, Eq. (21): fitted over half a step."""
@@ -54,9 +86,9 @@ def test_tracking_removes_an_error_at_its_rate(gain: float) -> None:
         dcm=np.add(begin.dcm, (0.01, -0.008)),
         com_velocity=np.add(begin.com_velocity, np.multiply((0.01, -0.008), ROBOT.omega)),
     )
-    seen = closed_loop(controller, off, [], 250)
-    errors = [np.hypot(*(o.dcm - c.dcm_plan)) for o, c in seen]
-    times = [o.elapsed for o, _ in seen]
+    walk = list(closed_loop(controller, off, 250))
+    errors = [np.hypot(*(o.dcm - c.dcm_plan)) for o, c, _ in walk]
+    times = [o.elapsed for o, _, _ in walk]
     rate = -np.polyfit(times, np.log(errors), 1)[0]
     # The ZMP is held for a millisecond, which makes the loop a little slower than its law.
     assert rate == pytest.approx(gain, rel=0.01)
@@ -113,11 +145,11 @@ def test_every_setting_refuses_what_makes_no_sense(make) -> None:
         wrong += ([0.0] if above else []) + ([] if endless else [math.inf])
         tried: list[tuple[Any, str]] = [(value, f"{bound}; got {value!r}") for value in wrong]
         if isinstance(make.__dataclass_fields__[name].default, tuple):
-            tried = [(pair, told) for value, told in tried for pair in ((value, 1.0), (1.0, value))]
+            tried = [(pair, text) for value, text in tried for pair in ((value, 1.0), (1.0, value))]
             pair = f"`{name}` as a pair (x, y) [{known.unit}]; got"
             tried += [(value, f"{pair} {value!r}") for value in (1.0, (1.0,))]
-        for value, told in tried:
-            with pytest.raises(sf.ParameterError, match=re.escape(told)):
+        for value, text in tried:
+            with pytest.raises(sf.ParameterError, match=re.escape(text)):
                 make(ROBOT, (0.5, 0.0), **{name: value})
 
 

@@ -6,14 +6,14 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from surefoot.control.cycle import LIMIT_TOLERANCE, SWING, is_surely_slow, is_too_fast
+from surefoot.control.cycle import LIMIT_TOLERANCE, SwingParameters, is_surely_slow, is_too_fast
 from surefoot.dcm.swing_foot import quintic
 
 SPEED, ACCELERATION = 3.0, 40.0
 
 
 def leg() -> np.record:
-    swing = np.zeros(1, SWING)
+    swing = np.zeros(1, SwingParameters.DTYPE)
     swing["max_speed"], swing["max_acceleration"] = SPEED, ACCELERATION
     return swing.view(np.recarray)[0]
 

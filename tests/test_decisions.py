@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
 import numpy as np
 import pytest
-from click.testing import Result
 from msgspec import structs
 
 import surefoot as sf
-from invoked import run
+from invoked import numbers, refused, run
 from surefoot.show.decisions import DecidedWalk, decision_figure, draw_decisions
 from surefoot.show.words import LIMIT_WORDS, closest_call, margin_sentence
 
@@ -127,26 +125,23 @@ def test_the_picture_draws_what_was_decided(hard: sf.Rollout, decided, tmp_path:
     assert (tmp_path / "a.png").read_bytes() == (tmp_path / "b.png").read_bytes()
 
 
-def walk(*arguments: str) -> Result:
-    return run("walk", "--duration", "2", *arguments)
+WALK = ("walk", "--duration", "2", "--controller")
 
 
 def test_walk_tells_the_smallest_margin_of_the_unified_controller(tmp_path: Path) -> None:
     pushed = ("--leg-speed", "3", "--push", "565,0@1.1+0.2")
     path = tmp_path / "decisions.png"
-    words = walk("--controller", "unified", *pushed, "--plot-decisions", str(path)).output
+    words = run(*WALK, "unified", *pushed, "--plot-decisions", str(path)).output
     assert "at their limits: ZMP in x, leg in x" in words
     assert path.read_bytes().startswith(b"\x89PNG")
-    told = json.loads(walk("--controller", "unified", *pushed, "--json").stdout)
+    told = numbers(*WALK, "unified", *pushed)
     assert told["smallest_margin"]["time"] == pytest.approx(1.3, abs=2e-3)
     assert f"smallest margin {1e3 * told['smallest_margin']['margin']:.1f} mm" in words
-    told = json.loads(walk("--controller", "hybrid", "--json").stdout)
-    assert told["smallest_margin"] is None
+    assert numbers(*WALK, "hybrid")["smallest_margin"] is None
 
 
 def test_decisions_of_another_method_cannot_be_drawn(tmp_path: Path) -> None:
     path = str(tmp_path / "decisions.png")
-    refused = walk("--controller", "hybrid", "--plot-decisions", path)
-    assert refused.exit_code == 2
-    assert "the controller that keeps its decisions, unified" in refused.output
-    assert walk("--controller", "unified", "--plot-decisions", "walk.bmp").exit_code == 2
+    said = refused(*WALK, "hybrid", "--plot-decisions", path)
+    assert "the controller that keeps its decisions, unified" in said
+    refused(*WALK, "unified", "--plot-decisions", "walk.bmp")

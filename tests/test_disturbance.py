@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import json
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import surefoot as sf
+from conftest import InPython
 from surefoot.rollout.disturbance import mixed, noise_key, normal_pair, uniform
 from surefoot.worlds.point.batch import simulate_batch
 
@@ -29,17 +30,6 @@ KINDS = {
     "everything": EVERYTHING,
 }
 HELP = sf.Estimator(ROBOT, delay=0.004, filter_time=0.01, bias_time=0.3)
-
-
-@dataclass(frozen=True)
-class InPython:
-    """A compiled controller that hides its kernel."""
-
-    inner: sf.HybridController
-    kernel: None = None
-
-    def __getattr__(self, name: str):
-        return getattr(self.inner, name)
 
 
 def test_the_hash_is_splitmix64() -> None:
@@ -217,17 +207,6 @@ def test_under_an_offset_nobody_settles_and_some_walk_on() -> None:
     walks_on = sf.smallest_failing_push(HYBRID, (1.0, 0.0), **off, must_settle=False)
     assert walks_on.impulse > 100.0
     assert walks_on.fell
-
-
-def test_a_disturbed_walk_survives_a_file(tmp_path: Path) -> None:
-    walk = sf.simulate(HYBRID, 1.5, [PUSH], disturbance=EVERYTHING, estimator=HELP)
-    walk.save(tmp_path / "walk.npz")
-    again = sf.load_rollout(tmp_path / "walk.npz")
-    assert again.disturbance == EVERYTHING
-    assert "filter_time=0.01" in again.estimator
-    assert again.seen.tobytes() == walk.seen.tobytes()
-    assert again.observations.tobytes() == walk.observations.tobytes()
-    assert again.footsteps == walk.footsteps
 
 
 def test_a_file_of_a_version_without_disturbances_is_read(tmp_path: Path) -> None:

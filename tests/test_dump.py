@@ -14,6 +14,7 @@ from click.testing import CliRunner
 import surefoot as sf
 from surefoot.cli import main
 from surefoot.rollout.dump import load_dump
+from surefoot.worlds.body.world import replay_body
 from surefoot.worlds.point.simulate import replay
 
 PUSH = sf.Push(2.1, 0.2, (1500.0, 100.0))
@@ -99,6 +100,8 @@ def test_another_controller_is_refused(controller: sf.UnifiedController, tmp_pat
     sf.simulate(controller, 6.0, [PUSH], dump=path)
     with pytest.raises(sf.ParameterError, match="make it with the same robot, parameters"):
         replay(load_dump(path), replace(controller, dcm_gain=5.0))
+    with pytest.raises(sf.ParameterError, match=r"got.*HybridController"):
+        replay(load_dump(path), sf.HybridController(controller.robot, (0.5, 0.0)))
 
 
 def test_a_file_that_is_no_dump_says_so(controller: sf.UnifiedController, tmp_path: Path) -> None:
@@ -117,5 +120,50 @@ def test_the_command_line_dumps_a_fall(tmp_path: Path, robot: sf.Robot) -> None:
     assert done.exit_code == 1
     dump = load_dump(path)
     assert replay(dump, sf.UnifiedController(robot, (0.5, 0.0))) == dump.rollout
-    wrong = ["walk", "--simulator", "mujoco", "--dump", str(path)]
-    assert CliRunner().invoke(main, wrong).exit_code == 2
+
+
+def test_the_command_line_dumps_the_fall_of_a_body(
+    body_control: sf.BodyControl, tmp_path: Path
+) -> None:
+    path = tmp_path / "fall.npz"
+    wanted = ["walk", "--simulator", "mujoco", "--truth", "--push", "1500,0@0.5+0.2"]
+    done = CliRunner().invoke(main, [*wanted, "--duration", "3", "--dump", str(path)])
+    assert done.exit_code == 1
+    dump = load_dump(path)
+    again = replay_body(dump, body_control.fresh(), noise=None, estimator="truth")
+    assert again == dump.rollout
+
+
+def test_a_body_that_cannot_be_dumped_is_refused(
+    body_control: sf.BodyControl, tmp_path: Path
+) -> None:
+    class Silent:
+        def start(self) -> None: ...
+
+        def step(self, memory: None, readings: Any) -> tuple[Any, None]:
+            return readings, memory
+
+    with pytest.raises(sf.ParameterError, match="a BodyNoise, to be dumped"):
+        sf.simulate_body(body_control, 1.0, noise=Silent(), dump=tmp_path / "fall.npz")
+
+
+@pytest.mark.parametrize("noisy", [True, False], ids=["estimate", "truth"])
+def test_the_fall_of_a_body_is_walked_again_to_the_bit(
+    body_control: sf.BodyControl, noisy: bool, tmp_path: Path
+) -> None:
+    path, push = tmp_path / "fall.npz", sf.Push(2.6, 0.2, (900.0, 60.0))
+    sensors: dict[str, Any] = {"noise": None, "estimator": "truth"}
+    if noisy:
+        sensors = {"noise": sf.BodyNoise(delay=0.002, seed=3)}
+    route = [(0.0, sf.Steering((0.3, 0.0), turning=0.1)), (2.5, sf.Steering((0.2, 0.0)))]
+    whole = sf.simulate_body(body_control, 6.0, [push], steering=route, dump=path, **sensors)
+    assert whole.fallen
+    dump = load_dump(path)
+    assert dump.rollout.time[-1] == pytest.approx(whole.time[-1], abs=0.01)
+    assert dump.rollout.fallen
+    assert dump.rollout.body_fall is not None
+    again = replay_body(dump, body_control.fresh(), **sensors)
+    assert again == dump.rollout
+    assert np.abs(again.com[-1] - whole.com[-1]).max() < 0.01
+    with pytest.raises(sf.ParameterError, match="decides otherwise"):
+        replay_body(dump, replace(body_control, knee_bend=0.4), **sensors)

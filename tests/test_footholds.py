@@ -74,15 +74,15 @@ def test_yaw_may_be_left_out(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("double_support", [0.0, 0.2, 0.4])
 @pytest.mark.parametrize("turn", [0.0, 0.15, -0.15])
-def test_the_feet_land_where_and_when_they_were_told(double_support: float, turn: float) -> None:
+def test_the_feet_land_where_and_when_the_footholds_say(double_support: float, turn: float) -> None:
     footholds = curve(turn=turn) if turn >= 0.0 else mirrored(curve(turn=-turn))
     controller = sf.FootholdTracking(ROBOT, footholds, double_support=double_support)
     rollout = sf.simulate(controller, 9.0)
     assert rollout.outcome is sf.Outcome.WALKED  # in place, in the end
     steps = rollout.footsteps
-    for told, step in zip(footholds[2:], steps, strict=False):
-        assert step.landing == pytest.approx((told.x, told.y), abs=1e-9)
-        assert step.start + step.duration == pytest.approx(told.time, abs=1e-9)
+    for wanted, step in zip(footholds[2:], steps, strict=False):
+        assert step.landing == pytest.approx((wanted.x, wanted.y), abs=1e-9)
+        assert step.start + step.duration == pytest.approx(wanted.time, abs=1e-9)
     touchdowns = np.flatnonzero(np.diff(rollout.support_side)) + 1
     yaws = rollout.observations["support_yaw"][touchdowns]
     assert yaws[: len(footholds) - 2] == pytest.approx([f.yaw for f in footholds[2:]], abs=1e-12)
@@ -139,7 +139,7 @@ def test_it_is_mirrored_with_its_footholds() -> None:
 
 
 def test_it_turns_with_its_footholds() -> None:
-    """Yaw invariance: the whole walk, pushed, seen by someone who turned round."""
+    """Yaw invariance: the whole walk, pushed, in another frame."""
     angle = 0.7
     turn = np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
     turned = []
@@ -184,7 +184,7 @@ def test_what_cannot_be_asked_of_it() -> None:
         controller.with_velocity((0.1, 0.0))
 
 
-def test_soles_that_meet_at_a_corner_only_are_seen() -> None:
+def test_soles_that_meet_at_a_corner_only_are_refused() -> None:
     """Beside each other they are clear; turned towards each other they are not."""
     stand = [sf.Foothold(LEFT, 0.0, 0.1, 0.0, 0.0), sf.Foothold(RIGHT, 0.0, -0.1, 0.0, 0.0)]
     landing = sf.Foothold(LEFT, 0.12, 0.03, 0.0, 0.5)
@@ -234,7 +234,7 @@ def rows(*changes: tuple[int, str]) -> str:
         ("side,x,y,time\nleft,0,0.1,0\nright,0,-0.1,0\n", "at least three footholds"),
     ],
 )
-def test_every_mistake_in_a_table_is_told_with_its_line(tmp_path: Path, text, message) -> None:
+def test_every_mistake_in_a_table_is_named_with_its_line(tmp_path: Path, text, message) -> None:
     path = tmp_path / "walk.csv"
     path.write_text(text)
     with pytest.raises(sf.FootholdError, match=message):

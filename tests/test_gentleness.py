@@ -2,18 +2,13 @@
 
 from __future__ import annotations
 
-import json
-from pathlib import Path
-
 import pytest
-from click.testing import CliRunner
 
 import surefoot as sf
-from surefoot.cli import main
-from surefoot.studies.engine.push_answer import answer
+from surefoot.studies.engine.pushed_walk import answer
 from surefoot.studies.engine.study import Measured, run
 from surefoot.studies.gentleness.question import Gentleness
-from surefoot.studies.gentleness.show import QUANTITIES, gentleness_report, larger, numbers
+from surefoot.studies.gentleness.show import gentleness_report, larger, numbers
 
 TIMING = 5e-4
 """By how much more the time of a landing may change [s]."""
@@ -94,27 +89,6 @@ def test_larger_counts_cells(robot: sf.Robot) -> None:
     assert numbers(Measured(study, rows[:2], [], {})) == []
 
 
-def test_the_command_prints_the_table_and_the_numbers(
-    measured: Measured[Gentleness], tmp_path: Path
-) -> None:
-    arguments = ["gentleness", "--impulse", "10", "--leg-speed", "3", "--workers", "1", "--out"]
-    arguments.append(str(tmp_path / "out"))
-    words = CliRunner().invoke(main, arguments)
-    assert words.exit_code == 0, words.output
-    assert "Leg speed 3 m/s" in words.output
-    assert "16 of 16" in words.output
-    shards = sorted((tmp_path / "out" / "shards").iterdir())
-    (told,) = json.loads(CliRunner().invoke(main, [*arguments, "--json"]).stdout)["gentleness"]
-    assert told == numbers(measured)[1]
-    assert sorted((tmp_path / "out" / "shards").iterdir()) == shards  # nothing measured again
-    assert set(told["methods"]["unified"]) == set(QUANTITIES)
-    assert f"{1e3 * told['methods']['hybrid']['landing']['mean']:.1f}" in words.output
-    for name in ("gentleness.html", "gentleness.md", "gentleness.parquet"):
-        assert (tmp_path / "out" / name).stat().st_size > 0
-    wrong = CliRunner().invoke(main, ["gentleness", "--leg-speed", "0"])
-    assert wrong.exit_code == 2
-
-
 def test_every_number_of_the_table_is_in_all_forms(measured: Measured[Gentleness]) -> None:
     report = gentleness_report(measured)
     for entry in numbers(measured):
@@ -123,17 +97,3 @@ def test_every_number_of_the_table_is_in_all_forms(measured: Measured[Gentleness
                 words = f"{1e3 * quantity['mean']:.1f} {1e3 * quantity['largest']:6.1f}"
                 assert words in report.markdown()
                 assert words in report.html()
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        ({"impulses": (0.0,)}, r"`impulses` above 0 \[N s\]"),
-        ({"impulses": ()}, "at least one of `impulses`"),
-        ({"leg_speeds": (3.0, 3.0)}, "`leg_speeds` without repetition"),
-        ({"methods": ("lqr", "hybrid")}, r"a method \("),
-    ],
-)
-def test_questions_that_make_no_sense(robot: sf.Robot, arguments: dict, message: str) -> None:
-    with pytest.raises(sf.ParameterError, match=message):
-        Gentleness(robot, **arguments)

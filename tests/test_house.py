@@ -65,51 +65,34 @@ def folder(module: str) -> str | None:
     return ".".join(parts[:2]) if inner else None
 
 
-def imported_siblings(module: str, tree: ast.AST) -> set[tuple[str, str]]:
-    """Which other folders of its room a file of a folder imports."""
-    own = folder(module)
-    names = {
-        name
-        for node in ast.walk(tree)
-        for name in (
-            [node.module or "", *(f"{node.module}.{alias.name}" for alias in node.names)]
-            if isinstance(node, ast.ImportFrom)
-            else [alias.name for alias in node.names]
-            if isinstance(node, ast.Import)
-            else []
-        )
-        if name.startswith("surefoot.")
-    }
-    others = {folder(name) for name in names} - {None, own}
-    return {
-        (own, other)
-        for other in others
-        if own is not None
-        and other is not None
-        and own.partition(".")[0] == other.partition(".")[0]
-        and (other not in SHARED)
-    }
-
-
-def imported_rooms(tree: ast.AST) -> list[tuple[str, int]]:
-    """The rooms of Surefoot that a file imports, with the line."""
+def imported(tree: ast.AST) -> list[tuple[str, int]]:
+    """All that a file imports of Surefoot, "surefoot.room.file.name", with the line."""
     found = []
     for node in ast.walk(tree):
         if isinstance(node, ast.ImportFrom):
             assert node.level == 0, f"line {node.lineno}: relative import"
-            names = [node.module or ""]
-            if node.module == "surefoot":
-                names = [f"surefoot.{alias.name}" for alias in node.names]
+            names = [f"{node.module}.{alias.name}" for alias in node.names]
         elif isinstance(node, ast.Import):
             names = [alias.name for alias in node.names]
         else:
             continue
-        found += [
-            (name.split(".")[1] if "." in name else "__init__", node.lineno)
-            for name in names
-            if name.split(".")[0] == "surefoot"
-        ]
+        found += [(name, node.lineno) for name in names if name.split(".")[0] == "surefoot"]
     return found
+
+
+def imported_siblings(module: str, tree: ast.AST) -> set[tuple[str, str]]:
+    """Which other folders of its room a file of a folder imports."""
+    own = folder(module)
+    if own is None:
+        return set()
+    others = {folder(name) for name, _ in imported(tree)} - {None, own} - SHARED
+    beside = own.partition(".")[0] + "."
+    return {(own, other) for other in others if other is not None and other.startswith(beside)}
+
+
+def imported_rooms(tree: ast.AST) -> list[tuple[str, int]]:
+    """The rooms of Surefoot that a file imports, with the line."""
+    return [((*name.split("."), "__init__")[1], line) for name, line in imported(tree)]
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: str(path.relative_to(SOURCE)))

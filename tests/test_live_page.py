@@ -18,9 +18,8 @@ import surefoot as sf
 from surefoot.cli.live import figure_of, live_menu, make_walk
 from surefoot.errors import ParameterError
 from surefoot.live import page as live_page
-from surefoot.live.page import LivePage
+from surefoot.live.page import LivePage, page_server, stop, url_of
 from surefoot.live.run import Choice, LiveRun
-from surefoot.live.server import page_server, stop, url_of
 
 BROWSER = shutil.which("chromium") or shutil.which("chromium-browser")
 

@@ -15,7 +15,7 @@ import surefoot as sf
 from surefoot.cli.live import make_walk
 from surefoot.live.replay import scenes_of
 from surefoot.live.run import REMEMBERED, SAMPLING, Choice, LiveRun
-from surefoot.worlds.walk import Walk
+from surefoot.worlds.world import World
 
 FORWARD, LEFT = 0.0, 0.5 * math.pi
 WALKING = "Walking: 0.3 m/s forward, a step every 0.50 s."
@@ -97,6 +97,7 @@ def test_directions_are_the_robots_own(
     story += said(run, 1.5)
     assert f"Pushed {impulse:.0f} N s {towards} (" in story[0]
     assert any(f"m further {further}" in words for words in story)
+    assert f"Pushed {impulse:.0f} N s {towards} (" in scenes_of(run.rollout()).sentences[-1]
 
 
 def test_a_ghost_is_pushed_too_and_its_fall_is_told() -> None:
@@ -117,8 +118,9 @@ def test_a_fall_is_told_with_its_reason_and_a_reset_walks_again() -> None:
     run.push(FORWARD, 40.0)
     story = said(run, 3.0)
     assert run.walk.fallen
-    assert "It fell. " in story[-1]
-    assert "Its controller did not move its steps." in story[-1]
+    for words in (story[-1], scenes_of(run.rollout()).sentences[-1]):
+        assert "It fell. Fell forward at" in words
+        assert "Its controller did not move its steps." in words
     time = run.walk.time
     run.push(FORWARD, 40.0)
     run.advance(1.0)
@@ -126,7 +128,7 @@ def test_a_fall_is_told_with_its_reason_and_a_reset_walks_again() -> None:
     run.reset()
     run.advance(1.0)
     assert run.sentence() == WALKING
-    assert run.casts == 2
+    assert run.generation == 2
     assert run.walk.rollout().pushes == ()
 
 
@@ -289,7 +291,7 @@ def test_a_single_step_while_it_is_paused_is_a_sample(run: LiveRun) -> None:
 def test_the_old_one_walks_on_while_another_is_made() -> None:
     started, ready = threading.Event(), threading.Event()
 
-    def slowly(choice: Choice, key: str, steering: sf.Steering) -> Walk:
+    def slowly(choice: Choice, key: str, steering: sf.Steering) -> World:
         if choice.robot == "talos":
             started.set()
             assert ready.wait(60.0)

@@ -1,4 +1,4 @@
-"""Robots as mechanisms: what the models weigh, how they stand, and what is told of a bad one."""
+"""Robots as mechanisms: what the models weigh, how they stand, and how a bad one is refused."""
 
 from __future__ import annotations
 

@@ -114,7 +114,7 @@ def test_it_is_compared_and_drawn(installed: Path, tmp_path: Path) -> None:
 
 def test_a_study_sets_it_and_tuning_searches_it(installed: Path) -> None:
     code = (
-        "from surefoot.studies.tune.parameters import usual_parameters\n"
+        "from surefoot.studies.tune.question import usual_parameters\n"
         "from surefoot.studies.sweep.parameters import parameters\n"
         "print([(one.name, one.low, one.high) for one in usual_parameters('leaning')])\n"
         "print('controller.gain' in parameters('leaning'))"

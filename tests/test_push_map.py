@@ -12,12 +12,9 @@ from typing import Any
 import numpy as np
 import polars
 import pytest
-from click.testing import CliRunner
 
 import surefoot as sf
-from surefoot.cli import main
 from surefoot.dcm.pushes import PUSH
-from surefoot.studies.engine import study
 from surefoot.studies.engine.study import Measured, run
 from surefoot.studies.push_map import measure, question
 from surefoot.studies.push_map.measure import FELL, PER_WALK, RECOVERED, UNSETTLED
@@ -241,82 +238,8 @@ def test_the_table_says_where_it_is_from(hybrid: sf.HybridController, tmp_path: 
         walked(replace(study, step=20.0, coarse=None), tmp_path / "map")
 
 
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        ({"directions": 0}, "`directions` as a whole number of at least 1; got 0; 72 is usual"),
-        ({"phases": 2.5}, "`phases` as a whole number"),
-        ({"step": 0.0}, r"`step` above 0 \[N s\]"),
-        ({"push_duration": -0.1}, r"`push_duration` above 0 \[s\]"),
-        ({"coarse": 2.5}, "1 to 200 times the step of 1 N s; got 2.5 N s; give"),
-        ({"coarse": 0.5}, "1 to 200 times the step"),
-        ({"coarse": 300.0}, "1 to 200 times the step"),
-    ],
-)
-def test_pushes_that_make_no_sense(
-    hybrid: sf.HybridController, arguments: dict[str, Any], message: str
-) -> None:
-    with pytest.raises(sf.ParameterError, match=message):
-        PushMap(hybrid, **arguments)
-
-
-def test_nobody_walks_without_workers(hybrid: sf.HybridController, tmp_path: Path) -> None:
-    with pytest.raises(sf.ParameterError, match="a number of workers; got 0"):
-        run(PushMap(hybrid, **SMALL), tmp_path / "map", workers=0)
-
-
 def test_a_leg_that_cannot_keep_up_is_refused(tmp_path: Path, slow_leg: sf.Robot) -> None:
     crawling = sf.HybridController(slow_leg.with_leg(max_speed=0.3), (0.5, 0.0))
     with pytest.raises(sf.VelocityError, match="a leg of at least"):
         walked(PushMap(crawling, **SMALL), tmp_path / "map")
     assert not (tmp_path / "map").exists()
-
-
-def command(*words: str) -> Any:
-    options = ("--controller", "hybrid", "--directions", "4", "--phases", "2", "--step", "20")
-    return CliRunner().invoke(main, ["push-map", *options, "--workers", "1", *words])
-
-
-def test_the_command_writes_page_table_and_pictures(tmp_path: Path) -> None:
-    done = command("--out", str(tmp_path / "map"), "--leg-speed", "3")
-    assert done.exit_code == 0, done.output
-    names = {"push-map.html", "push-map.md", "push-map.png", "push-map-polar.png", TABLE,
-             "run.json", "shards"}  # fmt: skip
-    assert {path.name for path in (tmp_path / "map").iterdir()} == names
-    assert "forward" in done.output
-    again = command("--out", str(tmp_path / "map"), "--json")
-    assert again.exit_code == 0
-    said = json.loads(again.stdout)
-    assert len(said["cells"]) == said["summary"]["cells"] == 8
-    assert said["walks"] == said["summary"]["walks"]
-    other = command("--out", str(tmp_path / "map"), "--leg-speed", "2.5")
-    assert other.exit_code == 2
-    assert "choose another folder, or delete this one" in other.stderr
-
-
-def test_the_command_that_is_stopped_says_what_is_kept(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def stopped(*arguments: Any, **options: Any) -> None:
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(study, "measure_missing", stopped)
-    done = command("--out", str(tmp_path / "map"))
-    assert done.exit_code == 130
-    assert "the same command goes on there" in done.stderr
-
-
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
-        (("--full", "--coarse", "40"), "expected `--coarse` or `--full`; got both"),
-        (("--workers", "0"), "a number of workers; got 0"),
-        (("--controller", "luck"), "a method ("),
-        (("--coarse", "30"), "`coarse` as 1 to 200 times the step of 20 N s; got 30 N s"),
-        (("--leg-speed", "1"), "a leg of at least"),
-    ],
-)
-def test_a_command_that_is_wrong(words: tuple[str, ...], message: str, tmp_path: Path) -> None:
-    done = command("--out", str(tmp_path / "map"), *words)
-    assert done.exit_code == 2
-    assert message in done.stderr

@@ -16,7 +16,7 @@ import pytest
 
 import surefoot as sf
 from surefoot.control.capture_point import CapturePointStepping
-from surefoot.control.fields import check_fields, declared, documented, setting
+from surefoot.control.fields import check_fields, declared, documented, setting, weight
 from surefoot.control.registry import find_method, method, method_names, methods
 from surefoot.plugins import load, places
 
@@ -192,8 +192,8 @@ def test_weights_of_one_cost_are_compared() -> None:
             ParameterError: never.
         """
 
-        first: float = setting(1.0, "-", "one", least=0.0, is_weight=True)
-        second: tuple[float, float] = setting((1.0, 1.0), "-", "two", least=0.0, is_weight=True)
+        first: float = weight(1.0, "-", "one")
+        second: tuple[float, float] = weight((1.0, 1.0), "-", "two")
 
     assert (Weighed.__doc__ or "").splitlines() == [
         "Two weights.", "", "Args:", "    first: one [-].", "    second: two [-].", "",

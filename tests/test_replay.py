@@ -7,10 +7,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 
 import surefoot as sf
-from surefoot.cli import main
+from invoked import refused, run
 from surefoot.live.replay import Scenes, scenes_of
 from surefoot.live.story import SAMPLING
 from surefoot.rollout.snapshot import snapshot_of
@@ -59,21 +58,7 @@ def test_the_sentences_tell_the_push_and_what_became_of_it(scenes: Scenes) -> No
     assert scenes.sentences[-1].endswith("back in its gait after 1 more step.")
 
 
-def test_a_push_to_the_left_is_told_so() -> None:
-    controller = sf.UnifiedController(sf.load_robot("paper-biped"), velocity=(0.3, 0.0))
-    left = sf.simulate(controller, 2.5, [sf.Push(1.1, 0.2, (0.0, 100.0))])
-    assert "20 N s left" in scenes_of(left).sentences[-1]
-
-
-def test_a_fall_is_told_with_its_limit() -> None:
-    controller = sf.DcmTracking(sf.load_robot("paper-biped"), velocity=(0.3, 0.0))
-    fallen = sf.simulate(controller, 5.0, [sf.Push(1.1, 0.2, (300.0, 0.0))])
-    told = scenes_of(fallen).sentences[-1]
-    assert "It fell. Fell forward at" in told
-    assert "Its controller did not move its steps." in told
-
-
-def test_a_glimpse_is_a_row_of_the_walk(walk: sf.Rollout) -> None:
+def test_a_snapshot_is_a_row_of_the_walk(walk: sf.Rollout) -> None:
     cycle = int(np.searchsorted(walk.time, 1.2))
     snapshot = snapshot_of(walk, cycle)
     assert snapshot.time == walk.time[cycle]
@@ -85,7 +70,7 @@ def test_a_glimpse_is_a_row_of_the_walk(walk: sf.Rollout) -> None:
 
 def test_one_file_plays_without_a_network(saved: Path, tmp_path: Path) -> None:
     page = tmp_path / "walk.html"
-    done = CliRunner().invoke(main, ["replay", str(saved), "--html", str(page)])
+    done = run("replay", str(saved), "--html", str(page))
     assert done.exit_code == 0, done.output
     assert "MB" in done.output
     text = page.read_text(encoding="utf-8")
@@ -101,7 +86,7 @@ def test_what_is_missing_of_a_walk_is_told(walk: sf.Rollout, tmp_path: Path) -> 
     log, page = tmp_path / "walk.mcap", tmp_path / "walk.html"
     walk.save(log)
     log.write_bytes(log.read_bytes()[: -log.stat().st_size // 3])
-    done = CliRunner().invoke(main, ["replay", str(log), "--html", str(page)])
+    done = run("replay", str(log), "--html", str(page))
     assert done.exit_code == 0, done.output
     assert "note:" in done.stderr
     assert page.exists()
@@ -118,6 +103,4 @@ def test_what_is_missing_of_a_walk_is_told(walk: sf.Rollout, tmp_path: Path) -> 
 )
 def test_misuse_is_told(arguments: list[str], words: str, saved: Path) -> None:
     given = [one.format(saved=saved) for one in arguments]
-    done = CliRunner().invoke(main, ["replay", *given])
-    assert done.exit_code == 2
-    assert words in done.stderr
+    assert words in refused("replay", *given)

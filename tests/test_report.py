@@ -54,7 +54,7 @@ REPORT = Report(
         Figure("pictures/falls.png", "When each of them fell.", drawn),
         Figure("times.png", "Times differ from run to run", drawn, page="link"),
         Figure("drawn.png", "The page draws this itself.", drawn, page="none"),
-        Interactive("<p id='live'></p>", {"end": float("inf"), "x": NASTY}, ["let a = 1 < 2;"]),
+        Interactive("<p id='live'></p>", {"end": float("inf"), "x": NASTY}, "let a = 1 < 2;"),
         Details("Provenance", [word_table(("what", "value"), {"date": "today"})], folded=True),
     ),
 )

@@ -12,18 +12,19 @@ from click.testing import CliRunner
 
 import surefoot as sf
 from surefoot.cli import main
-from surefoot.studies.reproduce import body
+from surefoot.studies.engine.study import Measured, run
 from surefoot.studies.reproduce.body import (
     IN_PART,
     PAPER_PUSHES,
+    SHOWN_STEPS,
     BodyAnswer,
     back_words,
+    body_answer,
     body_claim,
-    paper_push_answers,
-    step_rows,
 )
-from surefoot.studies.reproduce.question import NOT_REPRODUCED, REPRODUCED
-from surefoot.studies.reproduce.show import body_report
+from surefoot.studies.reproduce.question import BodyCell, PaperOnBody
+from surefoot.studies.reproduce.show import body_report, claims_of
+from surefoot.studies.reproduce.walks import NOT_REPRODUCED, REPRODUCED
 
 FORWARD, HEADLINE = PAPER_PUSHES[0], PAPER_PUSHES[-2]
 
@@ -35,12 +36,14 @@ def robot() -> sf.Robot:
 
 @pytest.fixture(scope="module")
 def answers(robot: sf.Robot) -> list[BodyAnswer]:
-    told: list[tuple[int, int]] = []
-    found = paper_push_answers(
-        robot, (FORWARD, HEADLINE), ("unified",), lambda *done: told.append(done)
-    )
-    assert told == [(1, 2), (2, 2)]
-    return found
+    return [body_answer(robot, "unified", push) for push in (FORWARD, HEADLINE)]
+
+
+@pytest.fixture
+def two_pushes(answers: list[BodyAnswer], monkeypatch: pytest.MonkeyPatch) -> None:
+    """The study asks about the two pushes that were answered already."""
+    cells = [BodyCell(one.method, one.push) for one in answers]
+    monkeypatch.setattr(PaperOnBody, "cells", lambda study: cells)
 
 
 def test_pushes_are_those_of_the_paper() -> None:
@@ -82,30 +85,28 @@ def test_a_fall_is_not_reproduced(answers: list[BodyAnswer]) -> None:
     assert body_claim(fallen).verdict == NOT_REPRODUCED
 
 
-def test_the_command_writes_the_report(
-    answers: list[BodyAnswer], tmp_path: Path, monkeypatch
-) -> None:
-    monkeypatch.setattr(body, "paper_push_answers", lambda robot, report: answers)
-    asked = ["reproduce", "--simulator", "mujoco", "--out", str(tmp_path / "out")]
+@pytest.mark.usefixtures("two_pushes")
+def test_the_command_writes_the_report(tmp_path: Path) -> None:
+    asked = ["reproduce", "--simulator", "mujoco", "--workers", "1", "--out", str(tmp_path / "out")]
     result = CliRunner().invoke(main, asked)
     assert result.exit_code == 0, result.output
     assert "82.32 N s, forward; unified (ours): walks on; reproduced" in result.stdout
     assert (tmp_path / "out" / "pictures" / "body-unified-82.32-forward.png").stat().st_size > 0
 
 
-def test_the_report_has_every_push_and_its_picture(
-    robot: sf.Robot, answers: list[BodyAnswer], tmp_path: Path
-) -> None:
-    report = body_report(robot, answers)
-    assert len(report.pictures()) == 2
+@pytest.mark.usefixtures("two_pushes")
+def test_the_report_has_every_push_and_its_picture(robot: sf.Robot, tmp_path: Path) -> None:
+    found: Measured[PaperOnBody] = run(PaperOnBody(robot), tmp_path, workers=1)
+    report, claims = body_report(found), claims_of(found.rows)
+    assert len(claims) == len(report.pictures()) == 2
     files = report.write(tmp_path)
     assert [file.name for file in files[:2]] == ["paper_body.html", "paper_body.md"]
     page, text = (file.read_text("utf-8") for file in files[:2])
     assert "# The paper's pushes on a body" in text
     assert "surefoot reproduce --simulator mujoco" in text
-    for claim in map(body_claim, answers):
-        assert all(words.strip() for words in astuple(claim))
+    for claim in claims:
         for words in astuple(claim):
+            assert words.strip()
             assert words in text
             assert escape(words) in page.replace("&#39;", "&#x27;")
-    assert len(step_rows(answers)) == 12
+    assert [len(row["steps"]) for row in found.rows] == [SHOWN_STEPS] * 2

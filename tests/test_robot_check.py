@@ -144,7 +144,7 @@ def test_a_heavier_link_breaks_the_symmetry(tmp_path: Path) -> None:
     assert found.got == "left_shank and right_shank weigh 2.500 and 1.500 kg"
 
 
-def test_check_tells_a_person(tmp_path: Path) -> None:
+def test_the_check_as_a_table(tmp_path: Path) -> None:
     path = changed(write_small_biped(tmp_path), ("mass = 30.0", "mass = 33.0"))
     result = run("check", path)
     assert result.exit_code == 2
@@ -157,10 +157,10 @@ def test_check_tells_a_person(tmp_path: Path) -> None:
     assert lines[-1] == "small: 1 problem and 1 warning"
 
 
-def test_check_tells_a_machine(tmp_path: Path) -> None:
-    told = json.loads(run("check", write_small_biped(tmp_path), "--json").stdout)
-    assert (told["robot"], told["good"]) == ("small", True)
-    assert {"check", "verdict", "expected", "got", "remedy"} == set(told["checks"][0])
+def test_the_check_as_json(tmp_path: Path) -> None:
+    found = json.loads(run("check", write_small_biped(tmp_path), "--json").stdout)
+    assert (found["robot"], found["good"]) == ("small", True)
+    assert {"check", "verdict", "expected", "got", "remedy"} == set(found["checks"][0])
 
 
 @pytest.mark.parametrize(
@@ -181,7 +181,7 @@ def test_what_cannot_be_loaded_is_a_finding(
     assert got in found["got"]
 
 
-def test_a_point_mass_is_told_so_and_is_no_problem(tmp_path: Path) -> None:
+def test_a_point_mass_is_a_warning_and_no_problem(tmp_path: Path) -> None:
     result = run("check", "paper-table2", "--picture", tmp_path / "no.png")
     assert result.exit_code == 0
     assert "is a point mass only" in result.stdout
@@ -221,7 +221,7 @@ def test_a_picture_needs_a_place_and_opengl(
     def refuse(*_: object) -> None:
         raise ImportError("no EGL here")
 
-    monkeypatch.setattr("surefoot.show.off_screen._gl_context", lambda: refuse)
+    monkeypatch.setattr("surefoot.show.scene._gl_context", lambda: refuse)
     mechanism = load_multibody(sf.load_robot("paper-biped"))
     with pytest.raises(DisplayError, match=r"ImportError: no EGL here; install Mesa .*MUJOCO_GL"):
         draw_robot(mechanism, measure_pose(mechanism), tmp_path / "a.png")
@@ -231,16 +231,16 @@ def test_a_picture_needs_a_place_and_opengl(
     assert "error: expected OpenGL" in result.stderr
 
 
-def test_the_list_tells_what_is_missing(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_list_says_what_is_missing(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("surefoot.robot.model_file._is_installed", lambda package: False)
     printed = run().stdout
     assert "point mass only" in printed
     assert "For g1, h1, talos in physics:\n    pip install 'surefoot[robots]'" in printed
-    told = {robot["name"]: robot for robot in json.loads(run("--json").stdout)["robots"]}
-    assert set(told) == set(sf.preset_names())
-    assert told["talos"]["missing"] == ["example-robot-data"]
-    assert told["paper-biped"]["missing"] == []
-    assert told["paper-table2"]["point_mass_only"]
+    found = {robot["name"]: robot for robot in json.loads(run("--json").stdout)["robots"]}
+    assert set(found) == set(sf.preset_names())
+    assert found["talos"]["missing"] == ["example-robot-data"]
+    assert found["paper-biped"]["missing"] == []
+    assert found["paper-table2"]["point_mass_only"]
 
 
 def test_the_list_and_a_clear_word_without_mujoco() -> None:
@@ -253,8 +253,8 @@ def test_the_list_and_a_clear_word_without_mujoco() -> None:
     listed = without()
     assert listed.returncode == 0, listed.stderr
     assert "missing: mujoco" in " ".join(listed.stdout.split())
-    told = listed.stdout.split(" in physics:\n    pip install 'surefoot[mujoco]'")[0]
-    assert "paper-biped" in told.splitlines()[-1]
+    found = listed.stdout.split(" in physics:\n    pip install 'surefoot[mujoco]'")[0]
+    assert "paper-biped" in found.splitlines()[-1]
     checked = without("check", "paper-biped")
     assert checked.returncode == 2
     assert 'do this: run: pip install "surefoot[mujoco]"' in checked.stdout

@@ -93,30 +93,6 @@ def test_no_fall_no_evidence(pushed_walk: sf.Rollout) -> None:
     assert pushed_walk.fall is None
 
 
-def test_save_and_load(pushed_walk: sf.Rollout, tmp_path: Path) -> None:
-    path = tmp_path / "walk.NPZ"
-    pushed_walk.save(path)
-    loaded = sf.load_rollout(path)
-    assert loaded.observations.tobytes() == pushed_walk.observations.tobytes()
-    assert loaded.commands.tobytes() == pushed_walk.commands.tobytes()
-    assert loaded.decision_time.tobytes() == pushed_walk.decision_time.tobytes()
-    for name in (
-        "robot", "controller", "controller_parameters", "velocities", "pushes", "fallen",
-        "version", "footsteps", "outcome", "final_velocity",
-    ):  # fmt: skip
-        assert getattr(loaded, name) == getattr(pushed_walk, name), name
-
-
-def test_an_endless_push_and_an_unlimited_leg_survive_the_file(tmp_path: Path) -> None:
-    rollout = sf.simulate(
-        sf.DcmTracking(ROBOT, (0.2, 0.0)), 1.0, [sf.Push(0.0, float("inf"), (5.0, 5.0))]
-    )
-    rollout.save(tmp_path / "walk.npz")
-    loaded = sf.load_rollout(tmp_path / "walk.npz")
-    assert loaded.pushes == rollout.pushes
-    assert loaded.robot == rollout.robot
-
-
 @pytest.mark.parametrize("part", [0.0, 0.01, 0.5, 0.9, 0.999])
 def test_a_file_that_was_cut_short(pushed_walk: sf.Rollout, tmp_path: Path, part: float) -> None:
     path = tmp_path / "walk.npz"

@@ -29,7 +29,6 @@ from surefoot.cli import main
 from surefoot.geometry import quaternions, rotation_matrix
 from surefoot.rollout import mcap_log as rollout_log
 from surefoot.rollout.ros_messages import DEFINITIONS, definition, full_name, push_forces
-from surefoot.show.body_summary import print_body
 from surefoot.show.summary import print_walk, walk_summary
 from surefoot.show.words import title
 from surefoot.worlds.body.recording import roll_pitch_yaw
@@ -52,7 +51,10 @@ def fallen() -> sf.Rollout:
 def disturbed() -> sf.Rollout:
     noise = sf.Disturbance(dcm_noise=0.002, com_offset=(0.01, 0.0), landing_error=0.01, seed=3)
     controller = sf.HybridController(ROBOT, (0.3, 0.1))
-    return sf.simulate(controller, 1.5, velocity_changes=[(0.8, (0.2, 0.0))], disturbance=noise)
+    return sf.simulate(
+        controller, 1.5, velocity_changes=[(0.8, (0.2, 0.0))], disturbance=noise,
+        estimator=sf.Estimator(ROBOT, filter_time=0.01),
+    )  # fmt: skip
 
 
 @pytest.fixture(scope="module")
@@ -88,7 +90,7 @@ def bits(rollout: sf.Rollout) -> dict[str, tuple]:
     }
 
 
-@pytest.mark.parametrize("ending", [".mcap", ".MCAP", ".npz"])
+@pytest.mark.parametrize("ending", [".mcap", ".MCAP", ".npz", ".NPZ"])
 @pytest.mark.parametrize("kind", KINDS)
 def test_what_is_loaded_is_what_was_saved(walks, kind: str, ending: str, tmp_path: Path) -> None:
     walk, path = walks[kind], tmp_path / f"walk{ending}"
@@ -98,6 +100,8 @@ def test_what_is_loaded_is_what_was_saved(walks, kind: str, ending: str, tmp_pat
     assert bits(loaded) == bits(walk)
     assert loaded.outcome is walk.outcome
     assert loaded.footsteps == walk.footsteps
+    assert (loaded.disturbance is None) == (kind != "disturbed")
+    assert ("filter_time=0.01" in loaded.estimator) == (kind == "disturbed")
     assert (loaded.seen is loaded.observations) == (walk.seen is walk.observations)
     loaded.save(tmp_path / "again.mcap")
     assert sf.load_rollout(tmp_path / "again.mcap") == walk
@@ -343,10 +347,8 @@ def test_a_walk_without_its_end_is_never_called_a_success(walks, kind: str) -> N
     assert walk_summary(part)["outcome"] == "cut short"
     assert "its end is lost" in " ".join(title(part))
     console = Console(record=True, width=200, file=StringIO())
-    if part.body is None:
-        print_walk(part, console)
-    else:
-        print_body(part, part.body, console)
+    measures = None if part.body is None else sf.measure_body(part, part.body)
+    print_walk(part, console, measures=measures)
     printed = console.export_text()
     assert "cut short" in printed
     assert "recovered" not in printed

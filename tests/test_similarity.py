@@ -6,7 +6,6 @@ Lengths times lambda, times times sqrt(lambda), masses times mu: nothing in Sure
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -15,11 +14,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import surefoot as sf
-from random_cells import RandomCell, random_cell
+from random_cells import random_cell
 from scales import UNITY, Scale, largest_difference
 from surefoot.control.registry import Method, methods
 from surefoot.dcm.nominal_gait import gait_room, largest_speed
-from surefoot.dcm.push_limit import fixed_steps_limit
+from surefoot.dcm.push_limit import PushCase, fixed_steps_limit
 from surefoot.dcm.viability import fall_distance
 from surefoot.dcm.viable_displacement import viable_displacement
 from surefoot.rollout.outcome import recovery_time, settled_error
@@ -90,7 +89,7 @@ def test_a_leg_that_accelerates_is_alike(key: str, scale: Scale) -> None:
 @pytest.mark.parametrize("scale", SCALES, ids=str)
 @pytest.mark.parametrize("key", ["tracking", "hybrid", "unified"])
 def test_what_disturbs_and_what_estimates_is_alike(key: str, scale: Scale) -> None:
-    wrong = sf.Disturbance(
+    disturbance = sf.Disturbance(
         dcm_noise=0.002, velocity_noise=0.01, delay=0.003, com_offset=(0.005, -0.004),
         landing_error=0.005, touchdown_shift=-0.004, seed=5,
     )  # fmt: skip
@@ -103,7 +102,7 @@ def test_what_disturbs_and_what_estimates_is_alike(key: str, scale: Scale) -> No
             one.controller(robot, size.velocity(VELOCITY), period=period),
             3.0 * size.time,
             [size.push(PUSHES[0])],
-            disturbance=size.disturbance(wrong),
+            disturbance=size.disturbance(disturbance),
             estimator=sf.Estimator(
                 robot, period=period, **{name: size.time * value for name, value in times.items()}
             ),
@@ -157,13 +156,11 @@ def test_limits_and_rules_are_alike(robot: sf.Robot, scale: Scale) -> None:
     assert times[1] == pytest.approx(scale.time * times[0], rel=1e-12)
     for angle in (0.0, 0.7, 2.5, 4.0):
         direction = (math.cos(angle), math.sin(angle))
-        limits = [
-            sf.push_limit(
-                one, direction, velocity=size.velocity(VELOCITY), elapsed=size.time * 0.13,
-                duration=size.time * 0.05, zmp_reach=one.foot.half,
-            ).impulse
-            for one, size in ((robot, UNITY), (other, scale))
-        ]  # fmt: skip
+        case = PushCase(
+            robot, direction, velocity=VELOCITY, elapsed=0.13, duration=0.05,
+            zmp_reach=robot.foot.half,
+        )  # fmt: skip
+        limits = [size.case(case).limit().impulse for size in (UNITY, scale)]
         assert limits[1] == pytest.approx(scale.impulse * limits[0], rel=1e-9)
     fixed = [
         fixed_steps_limit(one, (0.6, 0.8), duration=size.time * 0.05).impulse
@@ -177,20 +174,8 @@ def test_limits_of_any_robot_are_alike(seed: int) -> None:
     rng = np.random.default_rng(seed)
     cell = random_cell(seed, acceleration=seed % 2 == 1)
     scale = Scale(10.0 ** rng.uniform(-1.0, 1.0), 10.0 ** rng.uniform(-2.0, 2.0))
-    assert scaled(cell, scale).limit() == pytest.approx(scale.impulse * cell.limit(), rel=1e-9)
-
-
-def scaled(cell: RandomCell, scale: Scale) -> RandomCell:
-    """The same robot, gait and push in another size."""
-    fixed = cell.step_duration is not None
-    return replace(
-        cell,
-        robot=scale.robot(cell.robot),
-        velocity=scale.velocity(cell.velocity),
-        step_duration=scale.time * cell.gait.step_duration if fixed else None,
-        elapsed=scale.time * cell.elapsed,
-        duration=scale.time * cell.duration,
-    )
+    expected = scale.impulse * cell.limit().impulse
+    assert scale.case(cell).limit().impulse == pytest.approx(expected, rel=1e-9)
 
 
 @given(
@@ -208,9 +193,9 @@ def test_any_robot_walks_alike_to_the_bit(
     In other sizes rounding may choose between landings that cost the same.
     """
     cell, scale = random_cell(seed, acceleration=acceleration), Scale(length, mass)
-    impulse = share * cell.limit()
+    impulse = share * cell.limit().impulse
     rollouts = []
-    for one, size in ((cell, UNITY), (scaled(cell, scale), scale)):
+    for one, size in ((cell, UNITY), (scale.case(cell), scale)):
         controller = one.controller(period=0.001 * size.time)
         push = one.push(size.impulse * impulse)
         end = push.end + 6.0 / one.robot.omega

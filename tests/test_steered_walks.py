@@ -10,10 +10,9 @@ import pytest
 import surefoot as sf
 from surefoot.geometry import rotated_by
 from surefoot.rollout.snapshot import Snapshot, snapshot_of
-from surefoot.rollout.trace import MEASURED
 from surefoot.worlds.body.world import BodyWorld
 from surefoot.worlds.point.world import PointWorld
-from surefoot.worlds.walk import Walk
+from surefoot.worlds.world import World
 
 PUSH = sf.Push(1.1, 0.2, (176.0, 30.0))
 BODY_PUSH = sf.Push(1.5, 0.2, (100.0, 0.0))
@@ -25,11 +24,11 @@ def controller(robot: sf.Robot) -> sf.UnifiedController:
 
 
 @pytest.fixture
-def walk(controller: sf.UnifiedController) -> Walk[PointWorld]:
-    return Walk(PointWorld(controller))
+def walk(controller: sf.UnifiedController) -> PointWorld:
+    return PointWorld(controller)
 
 
-def go(walk: Walk, until: float) -> None:
+def go(walk: World, until: float) -> None:
     while walk.time < until - 1e-9 and not walk.fallen:
         walk.step()
 
@@ -42,9 +41,7 @@ def assert_same_cycles(one: sf.Rollout, other: sf.Rollout, rows: slice = slice(N
     assert one.seen[rows].tobytes() == other.seen[rows].tobytes()
 
 
-def test_it_is_the_walk_of_simulate(
-    controller: sf.UnifiedController, walk: Walk[PointWorld]
-) -> None:
+def test_it_is_the_walk_of_simulate(controller: sf.UnifiedController, walk: PointWorld) -> None:
     """Push and change of velocity are known beforehand there, and given on the way here."""
     changes = [(2.0, (0.5, 0.1)), (3.0, (0.0, 0.0))]
     whole = sf.simulate(controller, 4.0, [PUSH], velocity_changes=changes)
@@ -62,7 +59,7 @@ def test_it_is_the_walk_of_simulate(
     assert live.outcome is whole.outcome
 
 
-def test_a_push_of_the_past_acts_from_now_on(walk: Walk[PointWorld]) -> None:
+def test_a_push_of_the_past_acts_from_now_on(walk: PointWorld) -> None:
     go(walk, 1.0)
     before = walk.snapshot().observation["com_velocity"].copy()
     walk.push(sf.Push(0.9, 0.15, (400.0, 0.0)))
@@ -75,7 +72,7 @@ def test_a_push_of_the_past_acts_from_now_on(walk: Walk[PointWorld]) -> None:
     assert walk.snapshot().force == (0.0, 0.0)
 
 
-def test_what_cannot_be_walked_leaves_it_walking(walk: Walk[PointWorld]) -> None:
+def test_what_cannot_be_walked_leaves_it_walking(walk: PointWorld) -> None:
     go(walk, 1.0)
     with pytest.raises(sf.VelocityError):
         walk.steer(sf.Steering((3.0, 0.0)))
@@ -85,12 +82,12 @@ def test_what_cannot_be_walked_leaves_it_walking(walk: Walk[PointWorld]) -> None
     assert walk.rollout().outcome is sf.Outcome.WALKED
 
 
-def test_a_stand_is_a_walk_in_place(walk: Walk[PointWorld]) -> None:
+def test_a_stand_is_a_walk_in_place(walk: PointWorld) -> None:
     walk.steer(sf.Steering((0.3, 0.0), standing=True))
     assert walk.controller.gait.velocity == (0.0, 0.0)
 
 
-def test_it_turns_by_its_rate_and_walks_on(walk: Walk[PointWorld]) -> None:
+def test_it_turns_by_its_rate_and_walks_on(walk: PointWorld) -> None:
     walk.steer(sf.Steering((0.3, 0.0), turning=0.3))
     go(walk, 20.0)
     rollout, turn = walk.rollout(), 0.3 * walk.controller.gait.step_duration
@@ -107,7 +104,7 @@ def test_it_turns_by_its_rate_and_walks_on(walk: Walk[PointWorld]) -> None:
     assert steps[20:].mean(axis=0)[0] == pytest.approx(0.3 * turn / 0.3, abs=0.03)
 
 
-def test_a_turning_walk_survives_a_push(walk: Walk[PointWorld]) -> None:
+def test_a_turning_walk_survives_a_push(walk: PointWorld) -> None:
     walk.steer(sf.Steering((0.3, 0.0), turning=0.5))
     walk.push(sf.Push(3.1, 0.2, (200.0, 0.0)))
     go(walk, 12.0)
@@ -120,7 +117,7 @@ def test_turning_left_mirrors_turning_right(robot: sf.Robot, key: str) -> None:
     make = {"unified": sf.UnifiedController, "hybrid": sf.HybridController}[key]
     seen = []
     for sign, first in ((1.0, sf.Side.LEFT), (-1.0, sf.Side.RIGHT)):
-        walk = Walk(PointWorld(make(robot, (0.3, 0.0)), first_support=first))
+        walk = PointWorld(make(robot, (0.3, 0.0)), first_support=first)
         walk.steer(sf.Steering((0.3, sign * 0.1), turning=sign * 0.4))
         walk.push(sf.Push(2.3, 0.2, (100.0, sign * 80.0)))
         go(walk, 5.0)
@@ -133,9 +130,9 @@ def test_turning_left_mirrors_turning_right(robot: sf.Robot, key: str) -> None:
     assert (left["support_side"] == -right["support_side"]).all()
 
 
-def test_only_the_end_is_retained(controller: sf.UnifiedController, walk: Walk[PointWorld]) -> None:
+def test_only_the_end_is_retained(controller: sf.UnifiedController, walk: PointWorld) -> None:
     """With the pushes of it, and the velocity that held when it began."""
-    short = Walk(PointWorld(controller, retained=1.0))
+    short = PointWorld(controller, retained=1.0)
     late = sf.Push(3.5, 0.2, (50.0, 0.0))
     for one in (short, walk):
         one.push(PUSH)
@@ -153,7 +150,7 @@ def test_only_the_end_is_retained(controller: sf.UnifiedController, walk: Walk[P
     assert end.footsteps[-1].landing == pytest.approx(whole.footsteps[-1].landing)
 
 
-def test_a_snapshot_is_a_row_of_the_walk(walk: Walk[PointWorld]) -> None:
+def test_a_snapshot_is_a_row_of_the_walk(walk: PointWorld) -> None:
     walk.push(PUSH)
     go(walk, 1.2)
     now, later = walk.snapshot(), snapshot_of(walk.rollout(), -1)
@@ -174,9 +171,9 @@ def assert_same_snapshot(one: Snapshot, other: Snapshot) -> None:
 
 
 def test_nothing_is_seen_before_the_first_cycle(
-    walk: Walk[PointWorld], body_control: sf.BodyControl
+    walk: PointWorld, body_control: sf.BodyControl
 ) -> None:
-    for one in (walk, Walk(BodyWorld(body_control))):
+    for one in (walk, BodyWorld(body_control)):
         with pytest.raises(IndexError):
             one.snapshot()
 
@@ -188,14 +185,14 @@ def body_walk(body_control: sf.BodyControl) -> sf.Rollout:
     return sf.simulate_body(body_control, 2.4, [BODY_PUSH], steering=steering, noise=sf.BodyNoise())
 
 
-def steered_body(control: sf.BodyControl, retained: float) -> Walk[BodyWorld]:
+def steered_body(control: sf.BodyControl, retained: float) -> BodyWorld:
     """The same, given on the way."""
     estimator = sf.BodyEstimator(control.multibody)
-    walk = Walk(BodyWorld(control, noise=sf.BodyNoise(), estimator=estimator, retained=retained))
+    walk = BodyWorld(control, noise=sf.BodyNoise(), estimator=estimator, retained=retained)
     go(walk, 1.2)
     walk.steer(sf.Steering((0.3, 0.0), turning=0.3))
     walk.push(BODY_PUSH)
-    while walk.world.cycles < 2401:
+    while walk.cycles < 2401:
         walk.step()
     return walk
 
@@ -214,7 +211,7 @@ def test_a_body_is_that_of_simulate_body(
     assert live.velocities[0][0] == live.time[0]
     assert live.body is not None
     assert body_walk.body is not None
-    for field in [one for one in fields(live.body) if one.name not in MEASURED]:
+    for field in [one for one in fields(live.body) if one.compare]:
         ours, theirs = getattr(live.body, field.name), getattr(body_walk.body, field.name)
         if isinstance(ours, np.ndarray) and len(ours) == len(live.time):
             assert ours[rows].tobytes() == theirs[rows].tobytes(), field.name
@@ -230,7 +227,7 @@ def test_a_snapshot_of_a_body_is_a_row_of_the_walk(body_control: sf.BodyControl)
 
 
 def test_a_body_cannot_be_steered_faster_than_it_walks(body_control: sf.BodyControl) -> None:
-    walk = Walk(BodyWorld(body_control))
+    walk = BodyWorld(body_control)
     with pytest.raises(sf.VelocityError):
         walk.steer(sf.Steering((5.0, 0.0)))
     go(walk, 0.5)
@@ -245,12 +242,12 @@ def test_a_fork_walks_as_the_walk_itself_would(
     """A walk pushed after it was forked is the walk that was pushed; its parent does not notice."""
     push = sf.Push(1.6, 0.2, (90.0, 20.0))
 
-    def begin() -> Walk:
+    def begin() -> World:
         if world == "point":
-            return Walk(PointWorld(controller, disturbance=sf.Disturbance(dcm_noise=0.001)))
+            return PointWorld(controller, disturbance=sf.Disturbance(dcm_noise=0.001))
         estimator = sf.BodyEstimator(body_control.multibody)
         control = body_control.fresh()
-        return Walk(BodyWorld(control, noise=sf.BodyNoise(), estimator=estimator))
+        return BodyWorld(control, noise=sf.BodyNoise(), estimator=estimator)
 
     whole, parent = begin(), begin()
     whole.push(push)
@@ -261,14 +258,15 @@ def test_a_fork_walks_as_the_walk_itself_would(
         one.push(push)
         go(one, 2.2)
     assert parent.time == pytest.approx(1.6, abs=2e-3)
-    assert parent.world.pushes == ()
+    assert parent.pushes == ()
     assert_same_cycles(fork.rollout(), whole.rollout())
     assert fork.rollout().pushes == (push,)
     with pytest.raises(IndexError):
         brief.snapshot()
-    assert brief.world.state.command == whole.world.state.command if world == "body" else (
-        brief.world.command == whole.world.command
-    )  # fmt: skip
+    last = [
+        one.command if isinstance(one, PointWorld) else one.state.command for one in (brief, whole)
+    ]
+    assert last[0] == last[1]
     # The parent goes on as if nobody had been pushed.
     usual = begin()
     for one in (usual, parent):
@@ -278,7 +276,7 @@ def test_a_fork_walks_as_the_walk_itself_would(
 
 def test_a_plan_is_given_up_for_a_command(controller: sf.UnifiedController) -> None:
     plan = [(0.5, sf.Steering((0.1, 0.0))), (1.5, sf.Steering((0.0, 0.0)))]
-    walk = Walk(PointWorld(controller), plan=plan)
+    walk = PointWorld(controller).prepare(plan=plan)
     walk.run(1.0)
     assert walk.steering == plan[0][1]
     walk.steer(sf.Steering((0.2, 0.0)))

@@ -14,7 +14,8 @@ import polars
 import pytest
 
 import surefoot as sf
-from surefoot.studies.engine.study import Study, run
+from killed_studies import kill_when_kept, shards
+from surefoot.studies.engine.study import OneByOne, Study, run
 from surefoot.studies.engine.table import Shards
 
 
@@ -92,6 +93,22 @@ def test_rows_stand_in_order_and_nothing_is_measured_twice(
     assert measured(robot) == [1, 2, 4, 5]
 
 
+def test_cells_one_by_one_have_the_same_rows_in_the_same_folder(
+    robot: sf.Robot, tmp_path: Path
+) -> None:
+    study, out = Squares(robot), tmp_path / "out"
+    rows = OneByOne(study, out)
+    assert [rows.row(Cell(number))["square"] for number in (4, 1, 4)] == [16, 1, 16]
+    # What was asked for is on disk at once, and found there by whoever goes on.
+    assert run(study, out, workers=1).rows == [OneByOne(study, out).row(Cell(n)) for n in (1, 2, 4)]
+    assert measured(robot) == [1, 2, 4]
+    found = rows.finished()
+    assert [row["number"] for row in found.rows] == [4, 1]
+    assert polars.read_parquet(out / "squares.parquet").to_dicts() == found.rows
+    with pytest.raises(sf.RobotError, match="no multiple of three"):
+        rows.row(Cell(3))
+
+
 def test_a_table_says_where_it_is_from(robot: sf.Robot, tmp_path: Path) -> None:
     found = run(Squares(robot), tmp_path / "out", workers=1)
     path = tmp_path / "out" / "squares.parquet"
@@ -146,6 +163,33 @@ def test_a_folder_of_other_questions_is_refused(robot: sf.Robot, tmp_path: Path)
     assert measured(robot) == [1, 2, 4]
 
 
+KILLED = """
+import sys, time
+from pathlib import Path
+sys.path.insert(0, sys.argv[1])
+import surefoot as sf
+from test_study import Squares
+from surefoot.studies.engine.study import run
+honest = Squares.measure
+Squares.measure = lambda *a: (time.sleep(0.2), honest(*a))[1]
+robot = sf.load_robot("paper-biped").replace(name=sys.argv[2])
+run(Squares(robot, (1, 2, 4, 5, 7, 8)), Path(sys.argv[3]), workers=1)
+"""
+
+
+def test_a_killed_study_goes_on_and_repeats_nothing(robot: sf.Robot, tmp_path: Path) -> None:
+    """kill -9 in the middle, three times; every finished cell is measured once."""
+    here, folder, count = Path(__file__).parent, tmp_path / "out", 0
+    for _ in range(3):
+        count = kill_when_kept(KILLED, here, Path(robot.name), folder, count=count + 1)
+    kept = [row["number"] for one in shards(folder) for row in polars.read_parquet(one).to_dicts()]
+    assert 3 <= len(kept) < 6
+    found = run(Squares(robot, (1, 2, 4, 5, 7, 8)), folder, workers=1)
+    assert not found.failures
+    assert [row["square"] for row in found.rows] == [1, 4, 16, 25, 49, 64]
+    assert all(measured(robot).count(number) == 1 for number in kept)
+
+
 def test_processes_measure_the_same(robot: sf.Robot, tmp_path: Path) -> None:
     study = Squares(robot, (1, 2, 3, 4, 5, 7))
     one, two = (run(study, tmp_path / f"{count}", workers=count) for count in (1, 2))
@@ -156,8 +200,8 @@ def test_processes_measure_the_same(robot: sf.Robot, tmp_path: Path) -> None:
 def test_two_studies_add_to_one_table(tmp_path) -> None:
     """And a shard that was taken away is not written over."""
     first, second = (Shards(tmp_path / "table", {"what": "numbers"}) for _ in range(2))
-    for number, shards in enumerate([first, second, first]):
-        shards.add([{"number": number}])
+    for number, one in enumerate([first, second, first]):
+        one.add([{"number": number}])
     files = sorted((tmp_path / "table" / "shards").iterdir())
     assert len(files) == 3
     files[1].unlink()

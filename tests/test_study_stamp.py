@@ -14,11 +14,12 @@ from pathlib import Path
 import pytest
 
 import surefoot as sf
-from surefoot import compiled
+from surefoot import compiled, plugins
+from surefoot.studies.compare.body_question import BodyPushes
+from surefoot.studies.compare.question import Comparison
 from surefoot.studies.engine.study import Study, run, stamp
 from surefoot.studies.push_map import question as push_map_question
 from surefoot.studies.push_map.question import PushMap
-from surefoot.studies.tune.question import Question
 
 PACKAGE = Path(sf.__file__).parent
 STUDIES = PACKAGE / "studies"
@@ -104,10 +105,11 @@ def test_a_row_is_measured_again_when_what_it_depends_on_changes(tmp_path: Path)
 
 
 def asking() -> list[type]:
-    """Every study of the package, and what a tuning asks, which is no study of cells."""
+    """Every study of the package."""
     for path in STUDIES.glob("*/question.py"):
         import_module(f"surefoot.studies.{path.parent.name}.question")
-    found, left = [Question], [Study]
+    found: list[type] = []
+    left: list[type] = [Study]
     while left:
         below = left.pop().__subclasses__()
         found += [kind for kind in below if kind.__module__.startswith("surefoot.")]
@@ -180,3 +182,42 @@ def test_rows_of_other_sources_are_measured_again(
         run(tiny, tmp_path / "map", workers=1)
     run(tiny, tmp_path / "other", workers=1)
     assert len(measured) == 2
+
+
+THEIRS = """
+from surefoot import HybridController
+
+def make(robot, velocity, **parameters):
+    return HybridController(robot, velocity)
+
+class Theirs(HybridController):
+    pass
+"""
+
+
+def test_rows_of_a_method_of_others_are_measured_again_when_their_package_changes(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "theirs.py").write_text(THEIRS)
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setattr(Comparison, "measure", lambda *_: {"impulse": 1.0, "scanned": 1.0})
+    monkeypatch.setattr(Comparison, "notes", lambda *_: {})
+    robot, folder = sf.load_robot("paper-biped"), tmp_path / "out"
+    own, both = (
+        Comparison(robot, methods=keys, directions=1, phases=1)
+        for keys in (("hybrid",), ("hybrid", "theirs:make"))
+    )
+    # More methods of the same study are welcome.
+    for study in (own, both, own):
+        assert len(run(study, folder, workers=1).rows) == len(study.methods)
+    pushed = BodyPushes(robot, methods=("unified", "theirs:make"))
+    mapped = PushMap(import_module("theirs").Theirs(robot, (0.5, 0.0)))
+    known = [both.foreign_sources(), pushed.foreign_sources(), mapped.foreign_sources()]
+    (content,) = {what for sources in known for what in sources.values() if what}
+    assert all(content in sources.values() for sources in known)
+    (tmp_path / "theirs.py").write_text(f"{THEIRS}# another line\n")
+    plugins.foreign_stamp.cache_clear()
+    with pytest.raises(sf.FileError, match=r"sources of theirs:make: .*choose another folder"):
+        run(both, folder, workers=1)
+    run(own, folder, workers=1)
+    plugins.foreign_stamp.cache_clear()

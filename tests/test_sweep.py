@@ -13,16 +13,12 @@ import pytest
 from click.testing import CliRunner
 
 import surefoot as sf
-from killed_studies import kill_when_kept
 from surefoot.cli import main
 from surefoot.studies.engine.study import run
-from surefoot.studies.engine.workers import Cluster
-from surefoot.studies.sweep import question
 from surefoot.studies.sweep.measure import measure_cells
 from surefoot.studies.sweep.parameters import parameters, situation
 from surefoot.studies.sweep.question import Sweep
 from surefoot.studies.sweep.study_file import load_study, parse_study
-from test_workers import LocalCluster
 
 ROBOT = sf.load_robot("paper-biped")
 
@@ -168,25 +164,19 @@ def test_halves_of_pairs_and_rooms() -> None:
 def test_every_name_that_is_offered_can_be_set() -> None:
     """Each parameter at its present value makes the same situation."""
     usual = situation(ROBOT, "unified", {})
-    robot = ROBOT
-    present: dict[str, Any] = {}
+    owners = {
+        "robot": ROBOT, "plant": ROBOT, "controller": usual.controller, "push": usual.push,
+        "disturbance": sf.Disturbance(),
+    }  # fmt: skip
+    present: dict[str, Any] = {"gait.velocity": [0.5, 0.0]}
     for name in parameters("unified"):
         room, _, rest = name.partition(".")
-        found: Any = {
-            "robot": robot, "plant": robot, "gait": robot.gait, "controller": usual.controller,
-            "disturbance": sf.Disturbance(), "push": None,
-        }[room]  # fmt: skip
-        if room == "push":
-            present[name] = usual.push[rest]
-            continue
-        if name == "gait.velocity":
-            present[name] = [0.5, 0.0]
-            continue
+        found: Any = owners.get(room, ROBOT.gait)
         for part in rest.split("."):
             found = getattr(found, part, None)
         if found is not None:
             present[name] = list(found) if isinstance(found, tuple) else found
-    made = situation(robot, "unified", present)
+    made = situation(ROBOT, "unified", present)
     assert made.controller.parameters.tobytes() == usual.controller.parameters.tobytes()
     assert (made.plant, made.push) == (usual.plant, usual.push)
     assert made.disturbance == sf.Disturbance()
@@ -310,45 +300,6 @@ def test_a_leg_without_a_limit_is_refused_and_not_a_failure(tmp_path) -> None:
     assert "leg" in found.rows[0]["error"]
 
 
-KILLED = """
-import sys, time
-from pathlib import Path
-from surefoot.studies.engine.study import run
-from surefoot.studies.sweep import question
-from surefoot.studies.sweep.study_file import load_study
-
-question.Sweep.KEEP_EVERY, question.AT_ONCE = 0.0, 1
-slow = question.measure_cells
-def measure_cells(*arguments):
-    time.sleep(0.2)
-    return slow(*arguments)
-question.measure_cells = measure_cells
-run(load_study(sys.argv[1]), Path(sys.argv[2]), workers=1)
-"""
-
-
-def test_a_killed_study_goes_on_and_repeats_nothing(walked, tmp_path, monkeypatch) -> None:
-    """kill -9 in the middle, three times."""
-    _, whole = walked
-    study, folder, before = tmp_path / "study.toml", tmp_path / "table", 0
-    study.write_text(WALKS)
-    for _ in range(3):
-        before = kill_when_kept(KILLED, study, folder, count=before + 1)
-    assert 3 <= before < len(whole)
-    honest, again = question.measure_cells, []
-
-    def counted(one, cells):
-        again.extend(cells)
-        return honest(one, cells)
-
-    monkeypatch.setattr(question, "measure_cells", counted)
-    rows = rows_of(WALKS, folder)
-    assert repr(rows) == repr(whole)
-    assert len(again) == len(whole) - before
-    rows_of(WALKS, folder)
-    assert len(again) == len(whole) - before
-
-
 def test_more_values_of_the_same_study_measure_only_what_is_new(walked, tmp_path) -> None:
     folder = tmp_path / "table"
     rows_of(WALKS, folder)
@@ -360,53 +311,24 @@ def test_more_values_of_the_same_study_measure_only_what_is_new(walked, tmp_path
         rows_of(WALKS.replace("0.25", "0.5"), folder)
 
 
-def test_a_cell_that_breaks_is_reported_and_tried_again(walked, tmp_path, monkeypatch) -> None:
-    _, whole = walked
-    honest = question.measure_cells
-
-    def poisoned(one, cells):
-        if any(cell.values[:2] == (80.0, 90.0) for cell in cells):
-            raise ZeroDivisionError("a poisoned cell")
-        return honest(one, cells)
-
-    monkeypatch.setattr(question, "measure_cells", poisoned)
-    found = run(parse_study(WALKS), tmp_path / "table", workers=1)
-    assert len(found.failures) == 2
-    bad = [row for row in found.rows if row["outcome"] == "failed"]
-    assert [row["error"] for row in bad] == ["ZeroDivisionError: a poisoned cell"] * 2
-    table = polars.read_parquet(tmp_path / "table" / "sweep.parquet")
-    assert table["outcome"].value_counts().sort("outcome").rows()[0] == ("failed", 2)
-    monkeypatch.setattr(question, "measure_cells", honest)
-    assert repr(rows_of(WALKS, tmp_path / "table")) == repr(whole)
+def test_a_cell_that_could_not_be_measured_is_a_row(walked) -> None:
+    study = parse_study(WALKS)
+    cell = next(iter(study.cells()))
+    row = study.failed(cell, "Traceback ...\nZeroDivisionError: a poisoned cell\n")
+    assert row["outcome"] == "failed"
+    assert row["error"] == "ZeroDivisionError: a poisoned cell"
+    assert study.columns(cell).items() <= row.items()
+    assert list(row) == list(walked[1][0])
 
 
 def test_the_table_tells_where_it_comes_from(walked) -> None:
     folder, rows = walked
-    table = polars.read_parquet(folder / "sweep.parquet")
-    assert len(table) == len(rows)
+    assert len(polars.read_parquet(folder / "sweep.parquet")) == len(rows)
     notes = polars.read_parquet_metadata(folder / "sweep.parquet")
     about = json.loads(notes["surefoot.provenance"])
-    assert about["controller"] == "hybrid"
-    assert {"version", "sources", "seed", "numpy", "numba", "date"} <= set(about)
+    assert (about["controller"], about["sampling"], about["seed"]) == ("hybrid", "grid", "0")
     study = json.loads(notes["surefoot.study"])
     assert study["fixed"] == {"robot.swing.max_speed": 3.0, "push.phase": 0.25}
-
-
-def test_a_cluster_gives_the_same_rows_though_a_worker_dies(walked, tmp_path, monkeypatch) -> None:
-    _, whole = walked
-    monkeypatch.setattr(question, "AT_ONCE", 2)
-    cluster = LocalCluster.start(tmp_path)
-
-    def report(done: int, of: int) -> None:
-        if done >= 6:
-            cluster.workers[0].kill()
-
-    try:
-        rows = rows_of(WALKS, tmp_path / "table", workers=Cluster(cluster.address), report=report)
-        assert cluster.workers[0].poll() is not None
-        assert repr(rows) == repr(whole)
-    finally:
-        cluster.stop()
 
 
 def test_the_command(walked, tmp_path) -> None:

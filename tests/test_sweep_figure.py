@@ -14,15 +14,13 @@ from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
 from figure_artists import assert_words_stand_apart, drawn, line
-from surefoot.control.registry import methods
 from surefoot.errors import FileError, ParameterError
 from surefoot.robot.gait import GaitLimits, Swing
 from surefoot.robot.robot import Foot, Trunk, load_robot
 from surefoot.rollout.disturbance import Disturbance
 from surefoot.show import palette
 from surefoot.studies.engine.study import Measured
-from surefoot.studies.sweep.columns import column
-from surefoot.studies.sweep.panels import wilson
+from surefoot.studies.sweep.axes import column, wilson
 from surefoot.studies.sweep.parameters import parameters
 from surefoot.studies.sweep.pictures import draw_sweep, sweep_figure
 from surefoot.studies.sweep.question import Sweep
@@ -233,24 +231,30 @@ def test_the_title_says_what_was_asked() -> None:
     assert words.get_text() == "paper-biped · unified · 40 cells, monte-carlo"
 
 
-def test_every_parameter_of_every_method_has_its_unit() -> None:
-    for method in methods():
-        assert all(isinstance(one.unit, str) for one in parameters(method.key).values())
-    one = column([{"gait.step_x.max": 0.5}], "gait.step_x.max", "unified")
-    assert one.label == "gait.step_x.max [m]"
-    rows = [{"controller.step_weight": 1.0}]
-    for key, unit in (("unified", "–"), ("hybrid", "1/m²")):
-        assert (
-            column(rows, "controller.step_weight", key).label == f"controller.step_weight [{unit}]"
-        )
-
-
-def test_every_part_of_the_robot_and_of_a_disturbance_can_vary() -> None:
+def test_every_number_of_the_robot_and_of_what_disturbs_it_can_vary_and_has_its_unit() -> None:
     known = parameters("unified")
-    for part, kind in (("foot", Foot), ("swing", Swing), ("trunk", Trunk)):
-        assert {f"robot.{part}.{name}" for name in kind.__struct_fields__} <= set(known)
+    for room in ("robot", "plant"):
+        for part, kind in (("foot", Foot), ("swing", Swing), ("trunk", Trunk)):
+            assert {f"{room}.{part}.{name}" for name in kind.__struct_fields__} <= set(known)
     assert {f"gait.{name}" for name in GaitLimits.__struct_fields__} <= set(known)
     assert {f"disturbance.{one.name}" for one in fields(Disturbance)} <= set(known)
+    unknown = {name for name, one in known.items() if not one.unit}
+    assert {name for name in unknown if not name.startswith("controller.")} == {
+        "push.step", "disturbance.seed",
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("key", "name", "label"),
+    [
+        ("unified", "gait.step_x.max", "gait.step_x.max [m]"),
+        ("unified", "robot.trunk.inertia", "robot.trunk.inertia [kg m²]"),
+        ("unified", "controller.step_weight", "controller.step_weight [–]"),
+        ("hybrid", "controller.step_weight", "controller.step_weight [1/m²]"),
+    ],
+)
+def test_a_label_has_the_unit_that_the_owner_declares(key: str, name: str, label: str) -> None:
+    assert column([{name: 0.5}], name, key).label == label
 
 
 @pytest.mark.parametrize("kind", ["lines", "close", "map", "panels"])

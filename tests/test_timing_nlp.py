@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import pickle
 import sys
 from dataclasses import replace
 
@@ -12,6 +11,7 @@ import pytest
 
 import surefoot as sf
 from surefoot.checks import optional_module
+from surefoot.conformance import closed_loop
 from surefoot.control import step_sequence
 from surefoot.control.step_sequence import SequenceWeights, StepSequence
 from surefoot.robot.robot import Swing
@@ -135,14 +135,9 @@ def adapting_moment(controller: sf.TimingNlp, cycles: int = 1):
     """State and observation some cycles after the first decision."""
     observation = controller.first_observation()
     observation = observation.replace(dcm=np.add(observation.dcm, (0.06, 0.02)))
-    state = controller.start(observation)
-    simulator = sf.LipmSimulator(controller.robot, controller.period)
-    world = simulator.start(observation)
-    for _ in range(cycles):
-        command, state = controller.step(state, observation)
-        assert command.mode is sf.Mode.ADAPTING
-        observation, world = simulator.step(world, command)
-    return state, observation
+    *walk, last = closed_loop(controller, observation, cycles + 1)
+    assert all(cycle.command.mode is sf.Mode.ADAPTING for cycle in walk)
+    return walk[-1].state, last.observation
 
 
 def test_between_two_decisions_landing_and_time_stand() -> None:
@@ -173,7 +168,7 @@ def test_the_warm_start_is_in_the_state_and_saves_iterations() -> None:
     assert other == command
     # Whoever has never decided starts from the nominal steps, and comes to the same answer.
     cold = state.copy()
-    cold["known"], cold["steps"] = 0, np.zeros(1, step_sequence.PLANNED_STEPS)
+    cold["known"], cold["steps"] = 0, np.zeros(1, step_sequence.PlannedSteps.DTYPE)
     from_nominal, _ = controller.step(cold, observation)
     assert from_nominal != command
     assert from_nominal.step_location == pytest.approx(command.step_location, abs=1e-5)
@@ -228,17 +223,6 @@ def test_it_recovers_from_more_than_tracking_does_and_settles(robot: sf.Robot) -
     assert sf.simulate(sf.DcmTracking(robot, (0.5, 0.0)), 5.0, [PUSH]).outcome is sf.Outcome.FELL
     # Back to tracking in the third step after the push at the latest.
     assert not rollout.adapting[rollout.time > 3.0].any()
-
-
-def test_it_travels_to_another_process() -> None:
-    controller = sf.TimingNlp(SLOW_LEG, (0.5, 0.0), horizon=2, solve_period=0.0)
-    copy = pickle.loads(pickle.dumps(controller))
-    assert copy == controller
-    state, observation = adapting_moment(controller, 2)
-    here, next_state = controller.step(state, observation)
-    there, next_state_there = copy.step(state, observation)
-    assert here == there
-    assert next_state.tobytes() == next_state_there.tobytes()
 
 
 def test_without_casadi_the_message_says_how_to_get_it(monkeypatch) -> None:

@@ -1,3 +1,5 @@
+"""What can still be saved by stepping: offsets, landings, and the distance of a fall."""
+
 from __future__ import annotations
 
 import math
@@ -9,8 +11,10 @@ from msgspec import structs
 import surefoot as sf
 from random_cells import random_cell, random_robot
 from surefoot.dcm.push_limit import impulse_per_offset
-from surefoot.dcm.viability import fall_distance
+from surefoot.dcm.viability import fall_distance, viable_landings
 from surefoot.dcm.viable_displacement import viable_displacement
+from surefoot.interface import COMMAND, OBSERVATION, rotate_record
+from surefoot.record import copy_array
 from surefoot.robot.robot import Trunk
 
 ROBOT = sf.load_robot("paper-biped")
@@ -24,7 +28,7 @@ def test_the_bounds_of_table_2() -> None:
     assert (narrow.lower[1], narrow.upper[1]) == pytest.approx((-0.1967, 0.2962), abs=5e-5)
 
 
-def test_left_mirrors_right() -> None:
+def test_offsets_of_left_mirror_those_of_right() -> None:
     right, left = (sf.viable_offsets(ROBOT, side) for side in sf.Side)
     assert left.lower[1] == -right.upper[1]
     assert left.upper[1] == -right.lower[1]
@@ -105,7 +109,7 @@ def test_no_state_that_is_called_a_fall_can_be_saved(seed: int) -> None:
     rng = np.random.default_rng(seed)
     robot = random_robot(rng, acceleration=seed % 2 == 1)
     tables = viable_displacement(robot.with_leg(max_speed=math.inf) if seed % 3 else robot)
-    furthest = 0.0
+    largest = 0.0
     for _ in range(100):
         elapsed = rng.uniform(0.0, 1.2) * robot.gait.step_duration[0]
         corner = rng.choice((-1, 1), 2)
@@ -114,10 +118,10 @@ def test_no_state_that_is_called_a_fall_can_be_saved(seed: int) -> None:
             for axis, sign in enumerate((sign_x, sign_y)):
                 low, width = tables.low[axis], 100 * tables.spacing[axis]
                 foot = low + rng.uniform(0.0, 1.0) * width
-                worth = tables.in_step(axis, int(sign), foot, elapsed)
-                rooms.append(worth + robot.foot.half[axis])
-            furthest = max(furthest, math.hypot(*rooms))
-    assert 0.0 < furthest <= fall_distance(robot)
+                value = tables.in_step(axis, int(sign), foot, elapsed)
+                rooms.append(value + robot.foot.half[axis])
+            largest = max(largest, math.hypot(*rooms))
+    assert 0.0 < largest <= fall_distance(robot)
 
 
 @pytest.mark.parametrize("seed", range(20))
@@ -152,8 +156,8 @@ def test_no_schedule_of_steps_saves_what_is_called_a_fall(seed: int) -> None:
 def test_who_cannot_be_saved_is_called_fallen_soon(seed: int) -> None:
     """What is lost by m0 is beyond any distance d after ln(2 d / m0) / omega."""
     cell = random_cell(seed)
-    lost = 0.05 * cell.limit() / impulse_per_offset(cell.robot, cell.duration)
-    push = cell.push(1.05 * cell.limit())
+    lost = 0.05 * cell.limit().impulse / impulse_per_offset(cell.robot, cell.duration)
+    push = cell.push(1.05 * cell.limit().impulse)
     soon = math.log(2.0 * fall_distance(cell.robot) / lost) / cell.robot.omega
     rollout = sf.simulate(
         cell.controller(), push.end + soon, [push], first_support=cell.support_side
@@ -176,7 +180,7 @@ def test_a_trunk_saves_more_but_not_more_than_the_bound() -> None:
     assert fall_distance(weak) == pytest.approx(fall_distance(without), rel=1e-6)
 
 
-def test_the_steps_of_a_controller_count_that_believes_in_another_robot() -> None:
+def test_the_steps_of_a_controller_count_that_knows_another_robot() -> None:
     narrow = ROBOT.replace(
         gait=structs.replace(ROBOT.gait, step_x=(-0.05, 0.05), step_y=(-0.02, 0.02)), trunk=None
     )
@@ -190,3 +194,91 @@ def test_the_steps_of_a_controller_count_that_believes_in_another_robot() -> Non
     away = np.hypot(*(rollout.dcm - rollout.support_foot).T)
     assert away.max() > own
     assert rollout.outcome is not sf.Outcome.FELL
+
+
+ROBOTS = [sf.load_robot(name) for name in sf.preset_names()]
+EVERY_ROBOT = pytest.mark.parametrize("robot", ROBOTS, ids=lambda robot: robot.name)
+
+
+def walk_of(robot: sf.Robot, first: sf.Side, push: tuple[float, float] = (0.0, 0.0)) -> sf.Rollout:
+    controller = sf.UnifiedController(robot, (0.2, 0.0))
+    pushes = [sf.Push(0.3, 0.1, push)] if any(push) else []
+    return sf.simulate(controller, 1.5, pushes, first_support=first)
+
+
+@pytest.fixture(scope="module")
+def pushed(robot: sf.Robot) -> sf.Rollout:
+    return walk_of(robot, sf.Side.LEFT, (150.0, 90.0))
+
+
+def boxes(rollout: sf.Rollout) -> np.ndarray:
+    rows = zip(rollout.observations, rollout.commands, strict=True)
+    return np.array([viable_landings(rollout.robot, seen, answer) for seen, answer in rows])
+
+
+@EVERY_ROBOT
+def test_the_nominal_landing_can_always_be_saved(robot: sf.Robot) -> None:
+    """At every cycle of a walk that nothing disturbs."""
+    walk = walk_of(robot, sf.Side.LEFT)
+    step = walk.commands["step_location"] - walk.support_foot
+    box = boxes(walk)
+    assert (box[:, 0] <= step + 1e-6).all()
+    assert (step <= box[:, 1] + 1e-6).all()
+
+
+@EVERY_ROBOT
+def test_every_landing_is_one_the_gait_allows(robot: sf.Robot) -> None:
+    walk = walk_of(robot, sf.Side.RIGHT, (0.0, 40.0))
+    box, side = boxes(walk), walk.support_side
+    gait = robot.gait
+    assert (box[:, 0, 0] >= gait.step_x[0]).all()
+    assert (box[:, 1, 0] <= gait.step_x[1]).all()
+    width = np.sort(side[:, None] * box[:, :, 1], axis=1) - robot.hip
+    there = (box[:, 1] > box[:, 0]).all(axis=1)
+    assert (width[there, 0] >= gait.step_y[0] - 1e-12).all()
+    assert (width[there, 1] <= gait.step_y[1] + 1e-12).all()
+
+
+def test_the_box_shrinks_to_where_the_foot_is(robot: sf.Robot) -> None:
+    """A leg of limited speed has fewer choices the later it is."""
+    robot = robot.with_leg(max_speed=2.0)
+    walk = walk_of(robot, sf.Side.LEFT)
+    last = int(np.flatnonzero(np.diff(walk.support_side))[0])
+    size = np.ptp(boxes(walk), axis=1)
+    assert (size[last] < 0.02).all()
+    assert (size[last // 2] > 0.1).all()
+
+
+def test_landings_of_left_mirror_those_of_right(robot: sf.Robot, pushed: sf.Rollout) -> None:
+    box, mirrored = boxes(pushed), boxes(walk_of(robot, sf.Side.RIGHT, (150.0, -90.0)))
+    assert mirrored[:, :, 0] == pytest.approx(box[:, :, 0], abs=1e-9)
+    assert mirrored[:, 0, 1] == pytest.approx(-box[:, 1, 1], abs=1e-9)
+    assert mirrored[:, 1, 1] == pytest.approx(-box[:, 0, 1], abs=1e-9)
+
+
+@pytest.mark.parametrize("angle", [0.3, -1.2, 0.5 * math.pi, 3.0])
+def test_it_does_not_matter_where_north_is(pushed: sf.Rollout, angle: float) -> None:
+    box = boxes(pushed)
+    for row in range(0, len(box), 50):
+        seen = rotate_record(np.array([pushed.observations[row]], OBSERVATION), angle)[0]
+        answer = rotate_record(np.array([pushed.commands[row]], COMMAND), angle)[0]
+        assert viable_landings(pushed.robot, seen, answer) == pytest.approx(box[row], abs=1e-9)
+
+
+def test_a_shift_does_not_matter(pushed: sf.Rollout) -> None:
+    box, row = boxes(pushed), 350
+    seen = copy_array(np.array([pushed.observations[row]], OBSERVATION))
+    answer = copy_array(np.array([pushed.commands[row]], COMMAND))
+    for name in ("com", "dcm", "support_foot", "swing_foot"):
+        seen[name][0, :2] += (3.0, -2.0)
+    for name in ("zmp", "step_location"):
+        answer[name][0] += (3.0, -2.0)
+    assert viable_landings(pushed.robot, seen[0], answer[0]) == pytest.approx(box[row], abs=1e-9)
+
+
+@pytest.mark.parametrize("away", [(2.0, 0.0), (-2.0, 0.0), (0.0, 2.0), (0.0, -2.0)])
+def test_a_dcm_far_away_cannot_be_saved(pushed: sf.Rollout, away: tuple[float, float]) -> None:
+    seen = copy_array(np.array([pushed.observations[100]], OBSERVATION))
+    seen["dcm"][0] += away
+    low, high = viable_landings(pushed.robot, seen[0], pushed.commands[100])
+    assert not (high > low).all()

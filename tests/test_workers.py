@@ -10,6 +10,7 @@ import sys
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from threading import Event, Thread
 from typing import Any
@@ -18,9 +19,15 @@ import pytest
 
 import surefoot as sf
 import surefoot.studies.engine.workers as workers
-from surefoot.studies.engine.cells import batched, measure_missing
 from surefoot.studies.engine.table import Shards
-from surefoot.studies.engine.workers import KILLED, Cluster, Processes, all_results
+from surefoot.studies.engine.workers import (
+    KILLED,
+    Cluster,
+    Processes,
+    all_results,
+    batched,
+    measure_missing,
+)
 
 distributed = pytest.importorskip("distributed")
 
@@ -147,9 +154,8 @@ def test_a_worker_that_dies_costs_nothing_and_one_that_is_killed_by_its_task_is_
 def test_a_poisoned_cell_of_a_study_is_a_failure_and_the_rest_is_kept(tmp_path: Path) -> None:
     shards = Shards(tmp_path / "table", {"study": "poison"})
     have: dict[Any, Any] = {}
-    failures = measure_missing(
-        poisoned_rows, tmp_path / "once", {n: n for n in range(12)}, have, shards, workers=2
-    )
+    measure = partial(poisoned_rows, tmp_path / "once")
+    failures = measure_missing(measure, {n: n for n in range(12)}, have, shards, workers=2)
     assert [(one.cell, one.error) for one in failures] == [(5, KILLED)]
     assert sorted(row["cell"] for row in shards.rows) == [n for n in range(12) if n != 5]
 

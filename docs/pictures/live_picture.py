@@ -18,9 +18,8 @@ from playwright.sync_api import Page, sync_playwright
 
 import surefoot as sf
 from surefoot.cli.live import figure_of, live_menu, make_walk
-from surefoot.live.page import LivePage
+from surefoot.live.page import LivePage, page_server, url_of
 from surefoot.live.run import Choice, LiveRun
-from surefoot.live.server import page_server, url_of
 
 SIZE = {"width": 1400, "height": 860}
 FLAGS = ["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--no-sandbox"]

@@ -20,9 +20,8 @@ from PIL import Image, ImageDraw, ImageFont
 from playwright.sync_api import sync_playwright
 
 from surefoot.cli.live import figure_of, live_menu, make_walk
-from surefoot.live.page import LivePage
+from surefoot.live.page import LivePage, page_server, stop, url_of
 from surefoot.live.run import Choice, LiveRun
-from surefoot.live.server import page_server, stop, url_of
 from surefoot.worlds.steering import Steering
 
 CHOICE, VELOCITY = Choice(controller="unified", ghost="tracking"), (0.4, 0.0)

@@ -19,7 +19,7 @@ import surefoot as sf
 from surefoot.show import palette
 from surefoot.show.decisions import DecidedWalk, draw_decisions
 from surefoot.show.picture_file import write_picture
-from surefoot.studies.engine.push_answer import answer
+from surefoot.studies.engine.pushed_walk import answer
 
 START, DURATION, PHASE, LEG_SPEED = 1.1, 0.2, 0.1, 3.0
 FORWARD = (1.0, 0.0)

@@ -8,6 +8,7 @@ and what may depend on it is compiled anew.
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Callable
 from functools import cache
 from typing import Any
@@ -48,9 +49,9 @@ def njit(function: Callable[..., Any] | None = None, **options: Any) -> Any:
 
 
 def entry_point(kernel: Any, *dtypes: Any) -> Callable[..., None]:
-    """A compiled kernel for arrays of these records, called without a look at their types.
+    """A compiled kernel for arrays of these records, called without a check of their types.
 
-    The look takes longer than most kernels. An array with records of another size is refused all
+    The check takes longer than most kernels. An array with records of another size is refused all
     the same, with a TypeError.
 
     Args:
@@ -67,6 +68,23 @@ def entry_point(kernel: Any, *dtypes: Any) -> Callable[..., None]:
     )
     kernel.compile(signature)
     return kernel.overloads[signature].entry_point
+
+
+def record_entry_point(kernel: Any, *kinds: Any) -> Callable[..., None]:
+    """`entry_point` of a kernel over records: it is called with arrays of one record each."""
+    return entry_point(over_arrays(kernel), *kinds)
+
+
+def over_arrays(kernel: Any) -> Any:
+    """A kernel over records, made by `njit`, as one over arrays of one record each."""
+    function = kernel.py_func
+    names = tuple(inspect.signature(function).parameters)
+    name = f"{function.__name__}_over_arrays"
+    source = f"def {name}({', '.join(names)}):\n    kernel({'[0], '.join(names)}[0])\n"
+    scope = {"__name__": function.__module__, "kernel": kernel}
+    # Under the file of the kernel, beside which Numba keeps its cache.
+    exec(compile(source, function.__code__.co_filename, "exec"), scope)
+    return njit(scope[name])
 
 
 def function_pointer(kernel: Any, signature: Any) -> CFunc:

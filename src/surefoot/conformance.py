@@ -10,8 +10,10 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable
+import pickle
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -21,7 +23,7 @@ from surefoot.control.registry import Method, find_method, methods
 from surefoot.dcm.nominal_gait import nominal_gait
 from surefoot.dcm.pushes import Push
 from surefoot.errors import ParameterError, VelocityError
-from surefoot.interface import Controller, Mode, Observation, Status
+from surefoot.interface import Command, Controller, Mode, Observation, Status
 from surefoot.robot.feet import Side
 from surefoot.robot.robot import Robot, load_robot
 from surefoot.rollout.outcome import Outcome
@@ -151,28 +153,48 @@ def shifted(observation: Observation, shift: tuple[float, float], time: float) -
     return observation.replace(time=observation.time + time, swing_foot=foot, **moved)
 
 
-def closed_loop(controller, observation, pushes, cycles: int):
-    """Observations and commands of a loop of one's own, as a user would write it."""
+class Cycle(NamedTuple):
+    """What a controller decided on, and what it decided."""
+
+    observation: Observation
+    command: Command
+    state: np.ndarray
+
+
+def closed_loop(
+    controller: Controller,
+    observation: Observation,
+    cycles: int,
+    pushes: Sequence[Push] = (),
+    measured: Callable[[int, Observation], Observation] = lambda _, true: true,
+) -> Iterator[Cycle]:
+    """The cycles of a loop of one's own, as a user would write it.
+
+    Args:
+        controller: what decides.
+        observation: at the start.
+        cycles: how many.
+        pushes: on the robot.
+        measured: what the controller is given in a cycle, of what is true.
+    """
     simulator = LipmSimulator(controller.robot, controller.period, pushes)
-    world, state = simulator.start(observation), controller.start(observation)
-    seen = []
-    for _ in range(cycles):
-        command, state = controller.step(state, observation)
-        seen.append((observation, command))
+    world, state = simulator.start(observation), controller.start(measured(0, observation))
+    for cycle in range(cycles):
+        command, state = controller.step(state, measured(cycle, observation))
+        yield Cycle(observation, command, state)
         observation, world = simulator.step(world, command)
-    return seen
 
 
 @pytest.mark.parametrize(("shift", "time"), [((0.7, -0.4), 0.0), ((0.0, 0.0), 12.5)])
 def test_a_walk_elsewhere_or_later_is_the_same_walk(case: Case, shift, time) -> None:
     controller = case.make((0.3, 0.1))
     begin = controller.gait.observation(Side.LEFT)
-    here = closed_loop(controller, begin, [PUSH], cycles(controller, 1.8))
-    later = replace(PUSH, start=PUSH.start + time)
-    there = closed_loop(controller, shifted(begin, shift, time), [later], len(here))
-    for (seen, command), (seen_there, command_there) in zip(here, there, strict=True):
-        assert seen_there.time - time == pytest.approx(seen.time, abs=1e-9)
-        assert seen_there.dcm - shift == pytest.approx(seen.dcm, abs=1e-9)
+    count, later = cycles(controller, 1.8), replace(PUSH, start=PUSH.start + time)
+    here = closed_loop(controller, begin, count, [PUSH])
+    there = closed_loop(controller, shifted(begin, shift, time), count, [later])
+    for (true, command, _), (true_there, command_there, _) in zip(here, there, strict=True):
+        assert true_there.time - time == pytest.approx(true.time, abs=1e-9)
+        assert true_there.dcm - shift == pytest.approx(true.dcm, abs=1e-9)
         assert command_there.zmp - shift == pytest.approx(command.zmp, abs=1e-9)
         assert command_there.step_location - shift == pytest.approx(command.step_location, abs=1e-9)
         assert command_there.step_duration == pytest.approx(command.step_duration, abs=1e-9)
@@ -184,6 +206,14 @@ def test_a_walk_elsewhere_or_later_is_the_same_walk(case: Case, shift, time) -> 
 def test_the_same_walk_twice_has_the_same_bits(case: Case) -> None:
     first, second = (simulate(case.make((0.5, 0.0)), 3.0, [PUSH]) for _ in range(2))
     assert first.observations.tobytes() == second.observations.tobytes()
+    assert first.commands.tobytes() == second.commands.tobytes()
+
+
+def test_it_goes_to_another_process(case: Case) -> None:
+    here = case.make((0.5, 0.0))
+    there = pickle.loads(pickle.dumps(here))
+    assert there == here
+    first, second = (simulate(controller, 2.0, [PUSH]) for controller in (here, there))
     assert first.commands.tobytes() == second.commands.tobytes()
 
 
@@ -222,18 +252,16 @@ BROKEN = [
 def test_a_broken_observation_holds_the_last_command_and_says_so(case: Case, name, value) -> None:
     controller = case.make((0.5, 0.0))
     lost = cycles(controller, 0.1)
-    seen = closed_loop(controller, controller.first_observation(None), [], lost + 2)
-    safe, state = seen[0][1], controller.start(seen[0][0])
-    for observation, _ in seen[:lost]:
-        safe, state = controller.step(state, observation)
-    broken = seen[lost][0].replace(**{name: value})
+    walk = list(closed_loop(controller, controller.first_observation(None), lost + 2))
+    _, safe, state = walk[lost - 1]
+    true, after = walk[lost].observation, walk[lost + 1].observation
+    broken = true.replace(**{name: value})
     held, next_state = controller.step(state, broken)
     assert Status(held.status) == Status.HELD
     assert held.replace(status=safe.status) == safe
     # One bad cycle leaves no trace in the next good one, but for the swing foot's lost period.
-    command, _ = controller.step(next_state, seen[lost + 1][0])
-    _, without = controller.step(state, seen[lost][0])
-    clean, _ = controller.step(without, seen[lost + 1][0])
+    command, _ = controller.step(next_state, after)
+    clean, _ = controller.step(walk[lost].state, after)
     for field in ("dcm_plan", "step_location", "step_duration", "dcm_offset", "status"):
         assert command.array[field] == pytest.approx(clean.array[field], abs=1e-12), field
     assert command.zmp == pytest.approx(clean.zmp, abs=case.zmp_trace)
@@ -245,18 +273,19 @@ def test_a_touchdown_in_a_dropout_does_not_leave_the_zmp_behind(case: Case) -> N
     """The DCM is lost while the foot lands: the ZMP goes under the foot that stands now."""
     controller = case.make((0.5, 0.0))
     begin = controller.first_observation(None)
-    seen = closed_loop(controller, begin, [], cycles(controller, 0.55))
-    touchdown = next(k for k, (o, _) in enumerate(seen) if o.support_side is Side.LEFT)
-    state = controller.start(begin)
-    for observation, _ in seen[: touchdown - 5]:
-        _, state = controller.step(state, observation)
-    for observation, _ in seen[touchdown - 5 : touchdown + 5]:
+    walk = list(closed_loop(controller, begin, cycles(controller, 0.55)))
+    touchdown = next(
+        k for k, cycle in enumerate(walk) if cycle.observation.support_side is Side.LEFT
+    )
+    state = walk[touchdown - 6].state
+    for observation, _, _ in walk[touchdown - 5 : touchdown + 5]:
         held, state = controller.step(state, observation.replace(dcm=(math.nan, 0.0)))
         assert held.status == Status.HELD
         under_the_foot = np.array(ROBOT.foot.half) + 1e-9
         assert (np.abs(held.zmp - observation.support_foot) <= under_the_foot).all()
-    after, _ = controller.step(state, seen[touchdown + 5][0])
-    assert after.step_location == pytest.approx(seen[touchdown + 5][1].step_location, abs=1e-9)
+    after, _ = controller.step(state, walk[touchdown + 5].observation)
+    expected = walk[touchdown + 5].command.step_location
+    assert after.step_location == pytest.approx(expected, abs=1e-9)
 
 
 @pytest.mark.parametrize("elapsed", [-1e-9, -0.1, -1.0])
@@ -273,17 +302,15 @@ def test_a_clock_that_is_a_little_early_raises_nothing(case: Case, elapsed: floa
 def test_a_walk_with_dropouts_goes_on(case: Case) -> None:
     """Every tenth observation is lost: the robot still walks."""
     controller = case.make((0.5, 0.0))
-    simulator = LipmSimulator(controller.robot, controller.period)
-    observation = controller.gait.observation(Side.RIGHT)
-    world, state = simulator.start(observation), controller.start(observation)
-    for cycle in range(cycles(controller, 4.0)):
-        lost = cycle % 10 == 9
-        seen = observation.replace(dcm=(math.nan, math.nan)) if lost else observation
-        command, state = controller.step(state, seen)
-        assert (Status.HELD in Status(command.status)) == lost
-        observation, world = simulator.step(world, command)
-    assert not world["fallen"][0]
-    assert np.hypot(*(observation.dcm - observation.support_foot)) < 0.5
+
+    def lossy(cycle: int, true: Observation) -> Observation:
+        return true.replace(dcm=(math.nan, math.nan)) if cycle % 10 == 9 else true
+
+    begin, count = controller.gait.observation(Side.RIGHT), cycles(controller, 4.0)
+    walk = closed_loop(controller, begin, count, measured=lossy)
+    for cycle, (observation, command, _) in enumerate(walk):
+        assert (Status.HELD in command.status) == (cycle % 10 == 9)
+        assert np.hypot(*(observation.dcm - observation.support_foot)) < 0.5
 
 
 def test_it_does_not_start_on_a_broken_observation(case: Case) -> None:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 
 class SurefootError(Exception):
-    """A mistake of the caller, told as what was expected, what came, and what to do.
+    """A mistake of the caller: what was expected, what came, and what to do.
 
     Args:
         expected: what would have been right.

@@ -1,12 +1,13 @@
 """Lengths and rotations, in the ground plane and in space.
 
-A rotation in space is a unit quaternion (w, x, y, z): it turns a vector of the body into one of
-the world.
+A rotation in space is a unit quaternion (w, x, y, z): it takes a vector of the body to one of the
+world.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -15,7 +16,7 @@ from numpy.typing import NDArray
 from surefoot.compiled import njit
 
 SMALL_ANGLE = 1e-12
-"""Below this angle a rotation is none [rad]."""
+"""A rotation by less is none [rad]."""
 
 
 @njit(forceinline=True)
@@ -24,8 +25,14 @@ def length(x: float, y: float) -> float:
     return math.sqrt(x * x + y * y)
 
 
+def rotated(vector: Sequence[float] | NDArray[np.float64], angle: float) -> tuple[float, float]:
+    """A vector (x, y) rotated counter-clockwise by an angle [rad]; more components are left out."""
+    cosine, sine = math.cos(angle), math.sin(angle)
+    return (cosine * vector[0] - sine * vector[1], sine * vector[0] + cosine * vector[1])
+
+
 def rotated_by(vectors: NDArray[np.float64], angle: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Vectors (x, y), shape (n, 2), turned counter-clockwise by angles, shape (n,) [rad]."""
+    """Vectors (x, y), shape (n, 2), rotated counter-clockwise by angles, shape (n,) [rad]."""
     cosine, sine = np.cos(angle), np.sin(angle)
     x, y = vectors[..., 0], vectors[..., 1]
     return np.stack([cosine * x - sine * y, sine * x + cosine * y], axis=-1)
@@ -37,37 +44,33 @@ def wrapped(angle: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 @njit
-def turned(q, rotation, out):
-    """The rotation q exp(rotation): turn by a vector given in the turned body's own axes.
+def rotate(q, rotation, out):
+    """The rotation q exp(rotation): by a vector given in the axes of the body that is rotated.
 
     Args:
         q: (4,) unit quaternion.
         rotation: (3,) axis times angle [rad].
         out: (4,) the result, of length one; may be `q`.
     """
-    angle = math.sqrt(rotation[0] ** 2 + rotation[1] ** 2 + rotation[2] ** 2)
-    s = math.sin(0.5 * angle) / angle if angle > SMALL_ANGLE else 0.5
-    w, x, y, z = math.cos(0.5 * angle), s * rotation[0], s * rotation[1], s * rotation[2]
-    _product(q[0], q[1], q[2], q[3], w, x, y, z, out)
+    _product((q[0], q[1], q[2], q[3]), _exponential(rotation), out)
 
 
 @njit
-def turned_in_world(q, rotation, out):
-    """The rotation exp(rotation) q: turn by a vector given in the world's axes.
+def rotate_in_world(q, rotation, out):
+    """The rotation exp(rotation) q: by a vector given in the world's axes; see `rotate`."""
+    _product(_exponential(rotation), (q[0], q[1], q[2], q[3]), out)
 
-    Args:
-        q: (4,) unit quaternion.
-        rotation: (3,) axis times angle [rad].
-        out: (4,) the result, of length one; may be `q`.
-    """
+
+@njit(forceinline=True)
+def _exponential(rotation):
     angle = math.sqrt(rotation[0] ** 2 + rotation[1] ** 2 + rotation[2] ** 2)
     s = math.sin(0.5 * angle) / angle if angle > SMALL_ANGLE else 0.5
-    w, x, y, z = math.cos(0.5 * angle), s * rotation[0], s * rotation[1], s * rotation[2]
-    _product(w, x, y, z, q[0], q[1], q[2], q[3], out)
+    return math.cos(0.5 * angle), s * rotation[0], s * rotation[1], s * rotation[2]
 
 
 @njit
-def _product(aw, ax, ay, az, bw, bx, by, bz, out):
+def _product(a, b, out):
+    (aw, ax, ay, az), (bw, bx, by, bz) = a, b
     w = aw * bw - ax * bx - ay * by - az * bz
     x = aw * bx + ax * bw + ay * bz - az * by
     y = aw * by - ax * bz + ay * bw + az * bx

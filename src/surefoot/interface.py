@@ -13,7 +13,8 @@ from typing import Any, Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import NDArray
 
-from surefoot.record import Record, Vector2, Vector3, field
+from surefoot.geometry import rotated
+from surefoot.record import Record, Vector2, Vector3, copy_array, field
 from surefoot.robot.feet import Side
 from surefoot.robot.robot import Robot
 
@@ -43,7 +44,7 @@ class Status(IntFlag):
     """The ZMP that tracking asks for lies outside the foot and was projected into it."""
     HELD = 32
     """Some of the observation cannot be true: first the last safe command stands, then the method
-    decides on what its model predicts instead. The landing is relative to the foot believed in."""
+    decides on what its model predicts instead. The landing is relative to the foot that carries."""
     NOT_CONVERGED = 64
     """A numerical solver gave no answer in time: see the controller for what it does instead."""
 
@@ -71,7 +72,7 @@ class Observation(Record):
 
 
 class Command(Record):
-    """What a controller wants of the robot until the next cycle."""
+    """What a controller demands of the robot until the next cycle."""
 
     zmp: Vector2 = field("m", "where the ground should push (x, y)")
     dcm_plan: Vector2 = field("m", "DCM of the planned, periodic gait now (x, y)")
@@ -102,6 +103,31 @@ class Command(Record):
 
 OBSERVATION, COMMAND = Observation.DTYPE, Command.DTYPE
 """The same for kernels, which know no classes."""
+
+
+def rotate_record(array: NDArray[np.void], angle: float) -> NDArray[np.void]:
+    """An `OBSERVATION` or `COMMAND` record in a frame that is rotated about the origin.
+
+    What has an x and a y is rotated counter-clockwise, and headings are.
+
+    Args:
+        array: shape (1,), not changed.
+        angle: 0 leaves every bit as it is [rad].
+    """
+    if angle == 0.0:
+        return array
+    array = copy_array(array)
+    for name in _VECTORS[array.dtype]:
+        vector = array[name][0]
+        vector[:2] = rotated(vector, angle)
+    for name in _HEADINGS[array.dtype]:
+        array[name][0] += angle
+    return array
+
+
+_FIELDS = {kind.DTYPE: kind.FIELDS for kind in (Observation, Command)}
+_VECTORS = {dtype: [name for name, it in of.items() if it.shape] for dtype, of in _FIELDS.items()}
+_HEADINGS = {dtype: [name for name in of if name.endswith("_yaw")] for dtype, of in _FIELDS.items()}
 
 
 @runtime_checkable

@@ -1,10 +1,10 @@
-"""What several commands share: the robot, plots and JSON, and a word while kernels compile."""
+"""What several commands share: their options, JSON, and what they print while they work."""
 
 from __future__ import annotations
 
 import json
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -12,7 +12,9 @@ from typing import Any
 import click
 
 from surefoot.errors import ParameterError
-from surefoot.worlds.body.mapping import USUAL_MAPPING
+
+Option = Callable[[Callable[..., Any]], Callable[..., Any]]
+"""What `click.option` makes."""
 
 robot_option = click.option(
     "--robot",
@@ -39,23 +41,55 @@ class _MappingOption(click.Option):
     def get_help_record(self, ctx: click.Context) -> tuple[str, str] | None:
         from surefoot.worlds.body.mapping import mapping_names
 
-        names = ", ".join(mapping_names())
-        self.help = f"Body: what moves its joints: {names}; or module:Class."
+        usual, *others = mapping_names()
+        self.help = (
+            f"Body: what moves its joints: {usual}, the usual one, or {', '.join(others)}, or "
+            "module:Class."
+        )
         return super().get_help_record(ctx)
 
 
+mapping_option = click.option("--mapping", metavar="NAME", cls=_MappingOption)
 controller_option = click.option(
     "--controller", default="unified", show_default=True, metavar="METHOD", cls=_MethodOption
 )
-mapping_option = click.option(
-    "--mapping", default=USUAL_MAPPING, show_default=True, metavar="NAME", cls=_MappingOption
-)
-settings_option = click.option(
-    "--settings",
-    type=click.Path(path_type=Path),
-    metavar="FILE.toml",
-    help="Controller and parameters from a file, such as `surefoot tune` writes.",
-)
+
+
+def path_option(*names: str, metavar: str = "FILE", about: str) -> Option:
+    """A file."""
+    return click.option(*names, type=click.Path(path_type=Path), metavar=metavar, help=about)
+
+
+def number_option(name: str, metavar: str, about: str, default: float | None = None) -> Option:
+    """A number; with a default, the help says it."""
+    return click.option(
+        name, type=float, default=default, show_default=default is not None, metavar=metavar,
+        help=about,
+    )  # fmt: skip
+
+
+def velocity_option(
+    about: str, default: tuple[float, float] | None = (0.5, 0.0), usual: str | bool = True
+) -> Option:
+    """A velocity; the help says `usual` for its default, if that depends on others."""
+    return click.option(
+        "--velocity", nargs=2, type=float, default=default,
+        show_default=usual if default is not None else False, metavar="VX VY", help=about,
+    )  # fmt: skip
+
+
+def simulator_option(about: str) -> Option:
+    """The world: that of a point mass, or of a body."""
+    return click.option(
+        "--simulator", type=click.Choice(["lipm", "mujoco"]), default="lipm", show_default=True,
+        help=about,
+    )  # fmt: skip
+
+
+settings_option = path_option(
+    "--settings", metavar="FILE.toml",
+    about="Controller and parameters from a file, such as `surefoot tune` writes.",
+)  # fmt: skip
 json_option = click.option("--json", "as_json", is_flag=True, help="Print JSON instead of a table.")
 
 
@@ -99,26 +133,26 @@ def given(name: str) -> bool:
 
 
 def refuse_of_other_world(
-    simulator: str, of_point_mass: dict[str, str], of_body: dict[str, str]
+    simulator: str, of_point_mass: Iterable[str], of_body: Iterable[str]
 ) -> None:
     """Refuse options that make no sense with a simulator.
 
     Args:
         simulator: "lipm" or "mujoco".
-        of_point_mass: options that a body has no use for, by their name in Python.
-        of_body: likewise, those of a body.
+        of_point_mass: options that a body has no use for, by their names in Python.
+        of_body: likewise, those that a point mass has no use for.
 
     Raises:
         ParameterError: one is given; it is named.
     """
-    wrong, other = (of_body, "mujoco") if simulator == "lipm" else (of_point_mass, "lipm")
-    for name, option in wrong.items():
-        if given(name):
-            raise ParameterError(
-                f"{option} with --simulator {other}",
-                f"--simulator {simulator}",
-                f"leave {option} out, or choose the other simulator",
-            )
+    refused, other = (of_body, "mujoco") if simulator == "lipm" else (of_point_mass, "lipm")
+    options = {one.name: one.opts[0] for one in click.get_current_context().command.params}
+    for name in filter(given, refused):
+        raise ParameterError(
+            f"{options[name]} with --simulator {other}",
+            f"--simulator {simulator}",
+            f"leave {options[name]} out, or choose the other simulator",
+        )
 
 
 def read_settings(path: Path | None, controller: str) -> tuple[str, dict[str, Any]]:

@@ -132,8 +132,9 @@ class Record:
 
     Subclasses declare one `field` a line, see above. Their annotation is `float`, `int`, `bool`, an
     enumeration, `Vector2`, `Vector3` or `Array`, or another class of records. Numbers are read as
-    numbers, several of them as a read-only array, a record as a record.
-    `Subclass.of(array)` wraps an array without a copy or a check.
+    numbers, several of them as a read-only array, a record as a record. A subclass of a subclass
+    has its own fields, then those of its parent. `Subclass.of(array)` wraps an array without a copy
+    or a check.
     """
 
     __slots__ = ("array",)
@@ -148,7 +149,9 @@ class Record:
     def __init_subclass__(cls) -> None:
         hints = typing.get_type_hints(cls, include_extras=True)
         own = {name: it for name, it in vars(cls).items() if isinstance(it, Field)}
-        cls.FIELDS = {name: it.annotated(name, hints.get(name)) for name, it in own.items()}
+        typed = {name: it.annotated(name, hints.get(name)) for name, it in own.items()}
+        # Own fields first: Numba takes a record that another one begins with for the same.
+        cls.FIELDS = {**typed, **cls.FIELDS}
         cls.DTYPE = np.dtype([(name, it.format, it.shape) for name, it in cls.FIELDS.items()])
         cls._DEFAULTS = {
             name: it.default for name, it in cls.FIELDS.items() if it.default is not REQUIRED

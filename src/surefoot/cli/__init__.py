@@ -23,7 +23,7 @@ MISUSE = 2
 
 
 class _Commands(click.Group):
-    """Commands by entry point; a caller's mistake is told in one line and exits with 2."""
+    """Commands by entry point; a caller's mistake is printed on one line and exits with 2."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         return list(places(GROUP))

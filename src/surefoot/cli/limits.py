@@ -4,16 +4,22 @@ from __future__ import annotations
 
 import click
 
-from surefoot.options import compiling_notice, json_option, print_json, robot_option
+from surefoot.options import (
+    compiling_notice,
+    json_option,
+    number_option,
+    print_json,
+    robot_option,
+    velocity_option,
+)
 
 
 @click.command()
 @robot_option
-@click.option(
-    "--velocity", nargs=2, type=float, metavar="VX VY",
-    help="Of the walk that is pushed [m/s]; 0.5 forward if left out, or what it can.",
-)  # fmt: skip
-@click.option("--hip", type=float, metavar="M", help="Another hip width [m]; the robot's own.")
+@velocity_option(
+    "Of the walk that is pushed [m/s]; 0.5 forward if left out, or what it can.", default=None
+)
+@number_option("--hip", "M", "Another hip width [m]; the robot's own.")
 @click.option(
     "--push-duration", "durations", type=float, multiple=True, default=(0.2,), show_default=True,
     metavar="S", help="How long the push lasts [s]; may be repeated.",
@@ -61,13 +67,15 @@ def limits(
         times = push_phases(body, velocity, phases)
         pushes = push_limits_summary(bodies, times, velocity, durations)
     if check:
-        from surefoot.dcm.limit_grid import largest_causal_disagreement, largest_disagreement
-
-        known, causal = (
-            disagreement(bodies, times, velocity=velocity, duration=durations[0]).as_numbers()
-            for disagreement in (largest_disagreement, largest_causal_disagreement)
+        from surefoot.dcm.limit_grid import (
+            axis_pushes,
+            largest_causal_disagreement,
+            largest_disagreement,
         )
-        pushes["check"] = {**known, "causal": causal}
+
+        again = axis_pushes(bodies, times, velocity, durations[0])
+        causal = largest_causal_disagreement(again)
+        pushes["check"] = {**largest_disagreement(again), "causal": causal}
     numbers = {**limits_summary(body), "push_limit": pushes}
     if as_json:
         print_json(numbers)

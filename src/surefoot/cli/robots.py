@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from surefoot.options import json_option, print_json
+from surefoot.options import check_plotting, json_option, path_option, print_json
 
 if TYPE_CHECKING:
     from surefoot.robot.robot import Robot
@@ -84,10 +85,7 @@ def _print_presets(presets: list[Robot]) -> None:
 
 @robots.command()
 @click.argument("robot", metavar="NAME|FILE.toml")
-@click.option(
-    "--picture", type=click.Path(path_type=Path), metavar="FILE",
-    help="Draw the nominal pose with soles and frames (.png, .pdf, .svg).",
-)  # fmt: skip
+@path_option("--picture", about="Draw the nominal pose with soles and frames (.png, .pdf, .svg).")
 @json_option
 @click.pass_context
 def check(context: click.Context, robot: str, picture: Path | None, as_json: bool) -> None:
@@ -99,10 +97,8 @@ def check(context: click.Context, robot: str, picture: Path | None, as_json: boo
     if as_json:
         print_json({"robot": name, "good": not found_problem, "checks": findings})
     else:
-        for line in _check_lines(findings):
-            verdict, rest = line[:7], line[7:]
-            click.echo(click.style(verdict, fg=_COLOURS.get(verdict.strip())) + rest)
-        click.echo(_check_verdict(name, findings))
+        for line in _check_lines(name, findings):
+            click.echo(line)
     if picture is not None and draw is None:
         click.echo("no picture: there is no mechanism to draw", err=True)
     elif picture is not None and draw is not None:
@@ -110,37 +106,30 @@ def check(context: click.Context, robot: str, picture: Path | None, as_json: boo
     context.exit(PROBLEMS if found_problem else 0)
 
 
-def _check_lines(findings: Sequence[Mapping[str, str]]) -> list[str]:
-    """One line for what is well, three for what is not.
+def _check_lines(name: str, findings: Sequence[Mapping[str, str]]) -> Iterator[str]:
+    """One line for what is well, three for what is not, and how many there are.
 
     Args:
+        name: of the robot.
         findings: with check, verdict, expected, got and remedy.
     """
+    from surefoot.show.words import counted
+
     width = max(len(finding["check"]) for finding in findings)
-    lines = []
+    indent = " " * (11 + width)
     for finding in findings:
         verdict = finding["verdict"]
-        head = f"{verdict:7}"
+        head = click.style(f"{verdict:7}", fg=_COLOURS[verdict])
+        head += f"  {finding['check']:{width}}  "
         if verdict == "ok":
-            lines.append(f"{head}  {finding['check']:{width}}  {finding['got']}")
+            yield head + finding["got"]
             continue
-        indent = " " * (11 + width)
-        lines += [
-            f"{head}  {finding['check']:{width}}  expected {finding['expected']}",
-            f"{indent}got {finding['got']}",
-            f"{indent}do this: {finding['remedy']}",
-        ]
-    return lines
-
-
-def _check_verdict(name: str, findings: Sequence[Mapping[str, str]]) -> str:
-    """The last line."""
-    counts = {
-        noun: sum(finding["verdict"] == noun for finding in findings)
-        for noun in ("problem", "warning")
-    }
-    counted = [f"{count} {noun}{'s' * (count > 1)}" for noun, count in counts.items() if count]
-    return f"{name}: {' and '.join(counted) if counted else 'all is well'}"
+        yield f"{head}expected {finding['expected']}"
+        yield f"{indent}got {finding['got']}"
+        yield f"{indent}do this: {finding['remedy']}"
+    counts = Counter(finding["verdict"] for finding in findings)
+    found = [counted(counts[noun], noun) for noun in ("problem", "warning") if counts[noun]]
+    yield f"{name}: {' and '.join(found) or 'all is well'}"
 
 
 def _check_picture(path: Path) -> None:
@@ -149,7 +138,6 @@ def _check_picture(path: Path) -> None:
 
     from surefoot.checks import check_writable
     from surefoot.errors import DisplayError
-    from surefoot.options import check_plotting
 
     check_plotting()
     check_writable(path, (".png", ".pdf", ".svg"))

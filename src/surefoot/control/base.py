@@ -1,6 +1,6 @@
 """What controllers share: a robot, a commanded velocity, its nominal gait, and records.
 
-A method on `CompiledController` gives its compiled cycle, the dtypes of its parameters and of its
+A method on `CompiledController` gives its compiled cycle, the records of its parameters and of its
 state, and `make_parameters`; `control/capture_point.py` is a short example.
 """
 
@@ -14,15 +14,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from surefoot.checks import check_most
-from surefoot.compiled import entry_point
-from surefoot.control.belief import first_belief
+from surefoot.compiled import entry_point, over_arrays
 from surefoot.control.cycle import is_usable
 from surefoot.control.fields import check_fields, described, fill_in, setting
+from surefoot.control.validation import accept_first
 from surefoot.dcm.leg import time_to
 from surefoot.dcm.nominal_gait import NominalGait, nominal_gait
 from surefoot.errors import ParameterError, VelocityError
-from surefoot.interface import OBSERVATION, Command, Observation
-from surefoot.record import new_array
+from surefoot.interface import Command, Observation
+from surefoot.record import Record, new_array
 from surefoot.robot.feet import Side
 from surefoot.robot.robot import Robot
 
@@ -36,12 +36,12 @@ LEAST_CYCLES = 4
 class GaitController:
     """A controller about the nominal gait of a commanded velocity.
 
-    A subclass gives `STATE`, whose fields `plan`, `belief` and `command` are those of
-    `control.tracking`, overrides `check`, `defaults` and `make_parameters` as needed, and has
-    `step`. Its own fields are made by `setting`.
+    A subclass gives `STATE`, whose fields `plan`, `validated` and `command` are those of
+    `control.tracking.TrackingState`, has `make_parameters` and `step`, and overrides `check` as
+    needed. Its own fields are made by `setting`.
     """
 
-    STATE: ClassVar[np.dtype[np.void]]
+    STATE: ClassVar[type[Record]]
     NEEDS_LEG: ClassVar[bool] = False
     """Whether a leg that is late in every step of the gait is refused."""
     robot: Robot = field(metadata=described("whose gait it is"))
@@ -63,8 +63,10 @@ class GaitController:
         self.check()
         object.__setattr__(self, "gait", self.make_gait())
         object.__setattr__(self, "velocity", self.gait.velocity)
-        fill_in(self, **self.defaults())
-        object.__setattr__(self, "parameters", self.make_parameters())
+        fill_in(self)
+        made = self.make_parameters()
+        parameters = made.array if isinstance(made, Record) else made
+        object.__setattr__(self, "parameters", parameters)
 
     def check(self) -> None:
         """Refuse settings for more than being outside the range of their field.
@@ -84,12 +86,8 @@ class GaitController:
             check_leg(self.robot, gait)
         return gait
 
-    def defaults(self) -> dict[str, float]:
-        """Settings that follow from robot and gait where they are None, by name."""
-        return {}
-
-    def make_parameters(self) -> NDArray[np.void]:
-        """The record that a cycle reads, shape (1,)."""
+    def make_parameters(self) -> Record | NDArray[np.void]:
+        """What a cycle reads: a record, or a table of records."""
         raise NotImplementedError(f"{type(self).__name__}.make_parameters")
 
     @property
@@ -102,13 +100,24 @@ class GaitController:
         return self.gait.observation(Side.RIGHT if support_side is None else support_side)
 
     def start(self, observation: Observation) -> NDArray[np.void]:
-        """The state before the first cycle.
+        """The state before the first cycle: on the nominal gait, standing where it is.
 
         Raises:
-            ParameterError: the observation is not finite.
+            ParameterError: the observation holds a NaN or an infinity, or no side.
         """
-        state = new_array(self.STATE)
-        first_plan(self.gait, observation, state)
+        check_first(observation)
+        state, gait, side = new_array(self.STATE.DTYPE), self.gait, observation.support_side
+        plan, command = state["plan"][0], state["command"][0]
+        plan["support_side"], plan["step_duration"] = side, gait.step_duration
+        plan["start_offset"], plan["growth"] = gait.start_offset(side), gait.growth
+        plan["end_offset"] = command["dcm_offset"] = gait.dcm_offset(side)
+        plan["step"] = gait.step(side)
+        command["zmp"] = observation.support_foot
+        command["dcm_plan"] = observation.dcm
+        command["step_location"] = observation.support_foot + plan["step"]
+        command["step_duration"] = gait.step_duration
+        command["swing_foot"] = observation.swing_foot
+        accept_first(observation, state)
         return state
 
     def with_velocity(self, velocity: tuple[float, float]) -> Self:
@@ -120,8 +129,9 @@ class _CompiledOnce:
     """The cycle over arrays, compiled when a class is first asked for it, and kept there."""
 
     def __get__(self, controller: Any, owner: Any) -> Callable[..., None]:
-        kinds = owner.PARAMETERS, owner.STATE, OBSERVATION, owner.STATE
-        owner.run = entry_point(owner._kernels[1], *kinds)
+        cycle, arrays = owner._kernels
+        kernel = over_arrays(cycle) if arrays is None else arrays
+        owner.run = entry_point(kernel, owner.PARAMETERS, owner.STATE, Observation, owner.STATE)
         return owner.run
 
 
@@ -129,33 +139,34 @@ class _CompiledOnce:
 class CompiledController(GaitController):
     """A controller whose cycle is a compiled function over records.
 
-    Class arguments of a subclass, all but `cycle` together, or none to inherit them:
-        cycle: (parameters, state, observation, next_state) -> None over records; None if it cannot
-            run in a batch.
-        arrays: the same over arrays of them, shape (1,).
-        parameters: dtype of the parameters.
-        state: dtype of the state, with a field `command`.
+    Class arguments of a subclass, or none to inherit them:
+        cycle: (parameters, state, observation, next_state) -> None over records.
+        parameters: the class of records that it reads.
+        state: that of what it remembers, with a field `command`.
+        arrays: instead of `cycle`, the same over arrays; it cannot run in a batch then.
     """
 
-    PARAMETERS: ClassVar[np.dtype[np.void]]
+    PARAMETERS: ClassVar[type[Record]]
     run: ClassVar[Any] = _CompiledOnce()
     """The cycle over arrays as it is called from Python."""
-    _kernels: ClassVar[tuple[Callable[..., None] | None, Callable[..., None]]]
+    _kernels: ClassVar[tuple[Callable[..., None] | None, Callable[..., None] | None]]
+    _dtype: ClassVar[np.dtype[np.void]]
     _size: ClassVar[int]
 
     def __init_subclass__(
         cls,
         *,
-        arrays: Callable[..., None] | None = None,
-        parameters: np.dtype[np.void] | None = None,
-        state: np.dtype[np.void] | None = None,
         cycle: Callable[..., None] | None = None,
+        parameters: type[Record] | None = None,
+        state: type[Record] | None = None,
+        arrays: Callable[..., None] | None = None,
     ) -> None:
         super().__init_subclass__()
-        if arrays is not None and parameters is not None and state is not None:
+        if parameters is not None and state is not None:
             cls.PARAMETERS, cls.STATE, cls.run = parameters, state, _CompiledOnce()
+            cls._dtype, cls._size = state.DTYPE, state.DTYPE.itemsize
             # As a tuple: a compiled function in a class would become a method of its objects.
-            cls._kernels, cls._size = (cycle, arrays), state.itemsize
+            cls._kernels = cycle, arrays
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -171,7 +182,7 @@ class CompiledController(GaitController):
     ) -> tuple[Command, NDArray[np.void]]:
         """One cycle: what to do now, and the state for the next cycle."""
         # As `new_array`, but for the call: this runs in every cycle of a robot.
-        next_state = ndarray(1, self.STATE, bytearray(self._size))
+        next_state = ndarray(1, self._dtype, bytearray(self._size))
         self.run(self.parameters, state, observation.array, next_state)
         return command_of(next_state["command"]), next_state
 
@@ -188,28 +199,6 @@ def check_first(observation: Observation) -> None:
             repr(observation),
             "wait for the estimator before starting the controller",
         )
-
-
-def first_plan(gait: NominalGait, observation: Observation, state: NDArray[np.void]) -> None:
-    """Fill plan and command of a new state: on the nominal gait, standing where it is.
-
-    Raises:
-        ParameterError: the observation holds a NaN or an infinity, or no side.
-    """
-    check_first(observation)
-    side = observation.support_side
-    plan, command = state["plan"][0], state["command"][0]
-    plan["support_side"], plan["step_duration"] = side, gait.step_duration
-    plan["start_offset"] = gait.start_offset(side)
-    plan["growth"] = gait.growth
-    plan["end_offset"] = command["dcm_offset"] = gait.dcm_offset(side)
-    plan["step"] = gait.step(side)
-    command["zmp"] = observation.support_foot
-    command["dcm_plan"] = observation.dcm
-    command["step_location"] = observation.support_foot + np.asarray(gait.step(side))
-    command["step_duration"] = gait.step_duration
-    command["swing_foot"] = observation.swing_foot
-    first_belief(observation, state)
 
 
 def check_leg(robot: Robot, gait: NominalGait) -> None:

@@ -14,24 +14,19 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
 from surefoot.compiled import njit
 from surefoot.control.base import CompiledController
-from surefoot.control.belief import hold, look
-from surefoot.control.cycle import side_index
+from surefoot.control.cycle import end_cycle, side_index
 from surefoot.control.fields import setting
 from surefoot.control.registry import method
 from surefoot.control.tracking import (
     EDGE_TOLERANCE,
-    NO_GAIN,
-    TRACKING,
-    TRACKING_STATE,
-    end_cycle,
+    Tracking,
+    TrackingState,
     plan_step,
     tracking_parameters,
 )
+from surefoot.control.validation import validate
 from surefoot.dcm.pendulum import dcm_flow
 from surefoot.dcm.support import nearest_under_foot
 from surefoot.geometry import length
@@ -77,18 +72,11 @@ def capture(parameters, observation, plan, command):
 @njit
 def capture_cycle(parameters, state, observation, next_state):
     """One cycle of `CapturePointStepping` over records."""
-    if look(parameters.gate, state, observation, next_state):
-        hold(state, next_state)
-        return
-    new_step, _ = plan_step(parameters, state, next_state)
-    command = next_state.command
-    capture(parameters, next_state.belief.seen, next_state.plan, command)
-    end_cycle(parameters, (0.0, command.step_duration), new_step, state, next_state)
-
-
-@njit
-def _capture_step(parameters, state, observation, next_state):
-    capture_cycle(parameters[0], state[0], observation[0], next_state[0])
+    if validate(parameters.gate, state, observation, next_state):
+        new_step, _ = plan_step(parameters, state, next_state)
+        command = next_state.command
+        capture(parameters, next_state.validated.observation, next_state.plan, command)
+        end_cycle(parameters, (0.0, command.step_duration), new_step, state, next_state)
 
 
 @method(
@@ -102,11 +90,7 @@ def _capture_step(parameters, state, observation, next_state):
 )
 @dataclass(frozen=True)
 class CapturePointStepping(
-    CompiledController,
-    cycle=capture_cycle,
-    arrays=_capture_step,
-    parameters=TRACKING,
-    state=TRACKING_STATE,
+    CompiledController, cycle=capture_cycle, parameters=Tracking, state=TrackingState
 ):
     """Steps at fixed times onto the capture point; the ZMP does what it can inside the sole.
 
@@ -119,11 +103,7 @@ class CapturePointStepping(
         True, "", "whether the ZMP moves inside the sole; False is the point foot of [Pratt2006]"
     )
 
-    def make_parameters(self) -> NDArray[np.void]:
-        """The `TRACKING` record: the plan is that of tracking, whose gain is not used."""
-        parameters = tracking_parameters(
-            self.robot, self.gait, NO_GAIN, self.ankle, 0.0, self.period
-        )
-        if not self.ankle:
-            parameters["half_foot"] = 0.0
-        return parameters
+    def make_parameters(self) -> Tracking:
+        """Those of tracking, whose plan is used and whose gain is not."""
+        parameters = tracking_parameters(self)
+        return parameters if self.ankle else parameters.replace(half_foot=(0.0, 0.0))

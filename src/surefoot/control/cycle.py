@@ -1,49 +1,47 @@
-"""What every controller does in a cycle, whatever it decides: check what it sees, move the foot."""
+"""What every controller does in a cycle, whatever it decides: check numbers, move the foot."""
 
 from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from surefoot.compiled import njit
+from surefoot.control.validation import flag_predicted
 from surefoot.dcm.leg import hurry, is_reachable
 from surefoot.dcm.swing_foot import height, next_phase, quintic
 from surefoot.interface import Status
+from surefoot.record import Record, field
 
-SWING = np.dtype(
-    [
-        ("height", "f8"),
-        ("descent", "f8"),
-        ("max_speed", "f8"),
-        ("max_acceleration", "f8"),
-        ("period", "f8"),
-        ("reach", "f8"),
-    ],
-)
-"""Parameters of the swing foot: apex [m], distance that it would sink in a flight at its landing
-velocity [m], limits of speed and acceleration along each axis [m/s, m/s^2], control period [s], how
-far the feet can be apart [m]."""
+
+class SwingParameters(Record):
+    """Of the swing foot."""
+
+    height: float = field("m", "apex of its flight")
+    descent: float = field("m", "distance that it would sink in a flight at its landing velocity")
+    max_speed: float = field("m/s", "along each axis")
+    max_acceleration: float = field("m/s^2", "likewise")
+    period: float = field("s", "control period")
+    reach: float = field("m", "how far the feet can be apart")
+
 
 WILD = 4.0, 24.0
 """A foot whose velocity would take it so many times `reach` in the rest of its flight, or so its
-acceleration, slows down at once: only a landing that was wanted at once and is not any more leaves
+acceleration, slows down at once: only a landing that was due at once and is not any more leaves
 it as fast, and the smooth way would throw it far beyond."""
 
 SAMPLES = 12
-"""Where the way ahead is looked at; a quintic has no narrower peaks."""
+"""Points of the way ahead that are checked; a quintic has no narrower peaks."""
 
 LIMIT_TOLERANCE = 1e-3
 """Fraction of a limit that the samples may exceed: a foot at its limit is not too fast."""
 
-LARGEST_MAGNITUDE = 1e9
+MAX_MAGNITUDE = 1e9
 """No place or velocity of a first observation is larger, in SI units: a double resolves it to 1e-7.
-What comes later is compared with what was before, see `control.belief`."""
+What comes later is compared with what was before, see `control.validation`."""
 
-LARGEST_TIME = 1e12
+MAX_TIME = 1e12
 """No clock counts further [s], whatever its epoch: a double resolves it to a tenth of 1 ms."""
 
-LARGEST_EXPONENT = 60.0
+MAX_EXPONENT = 60.0
 """omega t counts no further than this, some 17 s: a step has long ended by then."""
 
 LAST_CYCLE = 1e-6
@@ -58,13 +56,13 @@ _UNREACHABLE = int(Status.UNREACHABLE)
 @njit(forceinline=True)
 def _is_sound(value: float) -> bool:
     # A comparison with a NaN is false.
-    return abs(value) < LARGEST_MAGNITUDE
+    return abs(value) < MAX_MAGNITUDE
 
 
 @njit(forceinline=True)
 def is_usable(observation) -> bool:
     """Whether everything that a controller reads is a number of this world, and a foot stands."""
-    sound = _is_sound(observation.elapsed) and abs(observation.time) < LARGEST_TIME
+    sound = _is_sound(observation.elapsed) and abs(observation.time) < MAX_TIME
     sound = sound and _is_sound(observation.support_yaw) and _is_sound(observation.swing_yaw)
     for i in range(2):
         sound = sound and _is_sound(observation.dcm[i]) and _is_sound(observation.com[i])
@@ -81,7 +79,7 @@ def is_usable(observation) -> bool:
 @njit(forceinline=True)
 def growth_since_touchdown(omega: float, elapsed: float) -> float:
     """e^(omega t), for a robot that stands and stands too: it stays finite."""
-    return math.exp(min(omega * elapsed, LARGEST_EXPONENT))
+    return math.exp(min(omega * elapsed, MAX_EXPONENT))
 
 
 @njit(forceinline=True)
@@ -196,14 +194,14 @@ def command_swing(
     follows the phase of the flight, which is remembered.
 
     Args:
-        swing: a `SWING` record.
-        observation: an `OBSERVATION` record.
+        swing: a `SwingParameters` record.
+        observation: an `Observation` record.
         in_the_air: when the foot leaves the ground and when it is back, since touchdown [s].
         landing_yaw: heading with which it lands [rad].
-        previous: the `COMMAND` record of the cycle before.
+        previous: the `Command` record of the cycle before.
         phase: of the flight, its rate [1/s] and the rate of that [1/s^2]; moved on by a period.
         new_step: whether this is the first cycle of a step: the foot leaves the ground at rest.
-        command: the `COMMAND` record to complete; its status gains UNREACHABLE.
+        command: the `Command` record to complete; its status gains UNREACHABLE.
     """
     if new_step:
         phase[0] = phase[1] = phase[2] = 0.0
@@ -225,3 +223,40 @@ def command_swing(
     # The foot arrives at the pace of its flight; later, in double support, it rests.
     down = swing.descent * phase[1] if left > 0.0 else 0.0
     _stand(command.step_location[0], command.step_location[1], down, command)
+
+
+@njit(forceinline=True)
+def keep_box(tracking, observation, command):
+    """Move the landing into the box of steps; a leg that comes short of it there is UNREACHABLE."""
+    row = side_index(observation.support_side)
+    for i in range(2):
+        foot = observation.support_foot[i]
+        step = command.step_location[i] - foot
+        if step < tracking.step_min[row, i]:
+            command.step_location[i] = foot + tracking.step_min[row, i]
+        elif step > tracking.step_max[row, i]:
+            command.step_location[i] = foot + tracking.step_max[row, i]
+
+
+@njit(forceinline=True)
+def end_cycle(tracking, in_the_air, new_step, state, next_state):
+    """Complete the command of a cycle: move the swing foot; say HELD if something is predicted.
+
+    Args:
+        tracking: a record with `swing` and `landing_yaw`, such as `Tracking`.
+        in_the_air: when the foot leaves the ground and when it is back, since touchdown [s].
+        new_step: whether this is the first cycle of a step.
+        state: of the cycle before.
+        next_state: of this cycle; its command already has landing and timing.
+    """
+    command_swing(
+        tracking.swing,
+        next_state.validated.observation,
+        in_the_air,
+        tracking.landing_yaw,
+        state.command,
+        next_state.plan.phase,
+        new_step,
+        next_state.command,
+    )
+    flag_predicted(next_state)

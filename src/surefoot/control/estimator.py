@@ -8,20 +8,20 @@ convergent part of the motion, com - com_velocity / omega, towards it, each by i
 
 **Offset.** The measured DCM is m = dcm + b, with b constant. The pendulum falls about its true
 ZMP, so b = m - p - m' / omega: it is observable at all times, standing or walking, if the ZMP is
-known. It cannot be told from an error of the ZMP, nor from a constant force (b = -F / (m omega^2)).
+known. An error of the ZMP gives the same, and a constant force too (b = -F / (m omega^2)).
 The observer dcm <- dcm + k1 i, b <- b + k2 i with the innovation i = m - dcm - b has both its poles
 at z = e^(-dt / bias_time) for
 
     k1 = (g - z)^2 / (g (g - 1)),    k1 + k2 = 1 - z^2 / g.
 
-k2 is negative: an offset that is seen for the first time looks like a DCM that runs away, so the
-estimate turns the wrong way before it turns the right one, the more so the shorter `bias_time` is
+k2 is negative: an offset that is new looks like a DCM that runs away, so the
+estimate goes the wrong way before it goes the right one, the more so the shorter `bias_time` is
 against 1 / omega. After a step of the offset the error is below 10 % from about 5 bias_time on. An
 innovation above `bias_limit` is a push rather than an offset; the offset stays as it is until none
 has been for `bias_time`.
 
 **Noise.** An observer of constant gain, whose error decays with `filter_time`: k = 1 - z / g for
-the DCM and 1 - z g for the convergent part (not below 0: it decays by itself). A push is seen that
+the DCM and 1 - z g for the convergent part (not below 0: it decays by itself). A push shows that
 much later.
 
 **Delay.** What was measured `delay` ago, through the cycles since, with their own ZMPs. A push
@@ -30,22 +30,23 @@ that came since is not known.
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from surefoot.checks import check_number
-from surefoot.compiled import entry_point, njit
+from surefoot.compiled import njit, record_entry_point
 from surefoot.errors import ParameterError
-from surefoot.interface import COMMAND, OBSERVATION, Command, Observation
-from surefoot.record import copy_array, new_array
+from surefoot.interface import Command, Observation
+from surefoot.record import Array, Record, Vector2, copy_array, field, new_array
 from surefoot.robot.robot import Robot
 
-MOST_CYCLES = 128
+MAX_CYCLES = 128
 """A delay is shorter than this many cycles."""
 
 WHOLE = 1e-6
@@ -57,45 +58,43 @@ NO_TIME = 1e-6
 BIAS_LIMIT = 0.0375
 """Largest offset, if none is given, as a fraction of the height of the CoM: 3 cm of 0.8 m."""
 
-ESTIMATOR = np.dtype(
-    [
-        ("omega", "f8"),
-        ("weight", "f8"),
-        ("period", "f8"),
-        ("delay", "i8"),
-        ("filter_time", "f8"),
-        ("bias_time", "f8"),
-        ("bias_limit", "f8"),
-    ],
-)
-"""Parameters: natural frequency [1/s], weight of the robot [N], control period [s], delay in
-cycles, times [s], limit of the offset [m]."""
 
-ESTIMATE = np.dtype(
-    [
-        ("pivot", "f8", (MOST_CYCLES, 2)),
-        ("duration", "f8", (MOST_CYCLES,)),
-        ("growth", "f8", (MOST_CYCLES,)),
-        ("cycles", "i8"),
-        ("started", "i8"),
-        ("time", "f8"),
-        ("dcm", "f8", (2,)),
-        ("convergent", "f8", (2,)),
-        ("bias", "f8", (2,)),
-        ("bias_dcm", "f8", (2,)),
-        ("calm_time", "f8", (2,)),
-    ],
-)
-"""What an estimator remembers: ZMP [m], duration [s] and e^(omega duration) of the last cycles as a
-ring, how many there were, whether there was an observation and when the last one was [s]; DCM and
-convergent part when they were measured last, the offset, the DCM of its observer [m], and until
-when it waits for a push to pass [s]."""
+class EstimatorParameters(Record):
+    """Of an `Estimator`."""
+
+    omega: float = field("1/s", "natural frequency")
+    weight: float = field("N", "of the robot")
+    period: float = field("s", "control period")
+    delay: int = field("", "in cycles")
+    filter_time: float = field("s", "0 if nothing is filtered")
+    bias_time: float = field("s", "0 if no offset is estimated")
+    bias_limit: float = field("m", "of the offset")
+
+
+class Estimate(Record):
+    """What an estimator remembers; of the last cycles as a ring."""
+
+    pivot: Array = field("m", "ZMP of a cycle", shape=(MAX_CYCLES, 2))
+    duration: Array = field("s", "of a cycle", shape=MAX_CYCLES)
+    growth: Array = field("-", "e^(omega duration)", shape=MAX_CYCLES)
+    cycles: int = field("", "how many there were")
+    started: int = field("", "1 once there was an observation")
+    time: float = field("s", "of the last one")
+    dcm: Vector2 = field("m", "when it was measured last")
+    convergent: Vector2 = field("m", "likewise")
+    bias: Vector2 = field("m", "the offset")
+    bias_dcm: Vector2 = field("m", "DCM of the observer of the offset")
+    calm_time: Vector2 = field("s", "until when it waits for a push to pass")
+
+
+ESTIMATOR, ESTIMATE = EstimatorParameters.DTYPE, Estimate.DTYPE
+"""The same for kernels, which know no classes."""
 
 
 @njit
 def _remember(parameters, estimate, time, command):
     """Take the cycle that has just ended into the ring."""
-    here = estimate.cycles % MOST_CYCLES
+    here = estimate.cycles % MAX_CYCLES
     for i in range(2):
         # A torque on the trunk pushes the CoM like a ZMP that lies elsewhere.
         estimate.pivot[here, i] = command.zmp[i] + command.hip_torque[i] / parameters.weight
@@ -126,10 +125,10 @@ def _learn_offset(parameters, estimate, measured, i, cycle):
 
 
 @njit
-def _correct(parameters, estimate, seen, i, cycle):
+def _correct(parameters, estimate, measured, i, cycle):
     """Take one axis of a measurement in; `cycle` led to it from the one before."""
-    dcm = seen.com[i] + seen.com_velocity[i] / parameters.omega
-    convergent = seen.com[i] - seen.com_velocity[i] / parameters.omega
+    dcm = measured.com[i] + measured.com_velocity[i] / parameters.omega
+    convergent = measured.com[i] - measured.com_velocity[i] / parameters.omega
     if parameters.bias_time > 0.0:
         _learn_offset(parameters, estimate, dcm, i, cycle)
         dcm -= estimate.bias[i]
@@ -145,63 +144,58 @@ def _correct(parameters, estimate, seen, i, cycle):
 
 
 @njit
-def _begin(parameters, estimate, seen):
+def _begin(parameters, estimate, measured):
     """Take the first measurement as it is."""
     estimate.started = 1
     for i in range(2):
-        estimate.calm_time[i] = seen.time
-        lead = seen.com_velocity[i] / parameters.omega
-        estimate.dcm[i], estimate.convergent[i] = seen.com[i] + lead, seen.com[i] - lead
+        estimate.calm_time[i] = measured.time
+        lead = measured.com_velocity[i] / parameters.omega
+        estimate.dcm[i], estimate.convergent[i] = measured.com[i] + lead, measured.com[i] - lead
         estimate.bias_dcm[i] = estimate.dcm[i]
 
 
 @njit
-def estimate_cycle(parameters, estimate, seen, command):
+def estimate_cycle(parameters, estimate, measured, command):
     """Replace CoM, its velocity and the DCM of an observation by their estimates.
 
     An observation that is not finite is left as it is, and nothing is learnt from it.
 
     Args:
-        parameters: an `ESTIMATOR` record.
-        estimate: an `ESTIMATE` record, changed.
-        seen: an `OBSERVATION` record, changed.
-        command: the `COMMAND` record that was carried out since the last observation.
+        parameters: an `EstimatorParameters` record.
+        estimate: an `Estimate` record, changed.
+        measured: an `Observation` record, changed.
+        command: the `Command` record that was carried out since the last observation.
     """
-    total = seen.time
+    total = measured.time
     for i in range(2):
-        total += seen.com[i] + seen.com_velocity[i]
+        total += measured.com[i] + measured.com_velocity[i]
     if not math.isfinite(total):
         return
     begins = estimate.started == 0
     if begins:
-        _begin(parameters, estimate, seen)
+        _begin(parameters, estimate, measured)
     else:
-        _remember(parameters, estimate, seen.time, command)
-    estimate.time = seen.time
+        _remember(parameters, estimate, measured.time, command)
+    estimate.time = measured.time
     # Until the delay has passed it is the first state that is measured, again and again.
     fresh = estimate.cycles - parameters.delay
     for i in range(2):
         if fresh > 0:
-            _correct(parameters, estimate, seen, i, (fresh - 1) % MOST_CYCLES)
+            _correct(parameters, estimate, measured, i, (fresh - 1) % MAX_CYCLES)
         dcm, convergent = estimate.dcm[i], estimate.convergent[i]
         for cycle in range(max(fresh, 0), estimate.cycles):
-            here = cycle % MOST_CYCLES
+            here = cycle % MAX_CYCLES
             pivot, growth = estimate.pivot[here, i], estimate.growth[here]
             dcm = pivot + (dcm - pivot) * growth
             convergent = pivot + (convergent - pivot) / growth
-        seen.com[i] = 0.5 * (dcm + convergent)
-        seen.com_velocity[i] = 0.5 * parameters.omega * (dcm - convergent)
-        seen.dcm[i] = dcm
-
-
-@njit
-def _estimate_step(parameters, estimate, seen, command):
-    estimate_cycle(parameters[0], estimate[0], seen[0], command[0])
+        measured.com[i] = 0.5 * (dcm + convergent)
+        measured.com_velocity[i] = 0.5 * parameters.omega * (dcm - convergent)
+        measured.dcm[i] = dcm
 
 
 @cache
 def _compiled() -> Callable[..., None]:
-    return entry_point(_estimate_step, ESTIMATOR, ESTIMATE, OBSERVATION, COMMAND)
+    return record_entry_point(estimate_cycle, EstimatorParameters, Estimate, Observation, Command)
 
 
 def whole_cycles(delay: float, period: float) -> int:
@@ -211,11 +205,11 @@ def whole_cycles(delay: float, period: float) -> int:
         ParameterError: it is no whole number of periods, or too long.
     """
     cycles = round(delay / period)
-    if abs(cycles * period - delay) > WHOLE * period or cycles >= MOST_CYCLES:
+    if abs(cycles * period - delay) > WHOLE * period or cycles >= MAX_CYCLES:
         raise ParameterError(
-            f"`delay` as a whole number of periods of {period:g} s, below {MOST_CYCLES}",
+            f"`delay` as a whole number of periods of {period:g} s, below {MAX_CYCLES}",
             f"{delay!r} s",
-            f"write for example {min(max(cycles, 1), MOST_CYCLES - 1) * period:g}",
+            f"write for example {min(max(cycles, 1), MAX_CYCLES - 1) * period:g}",
         )
     return cycles
 
@@ -229,7 +223,7 @@ class Estimator:
     `control/estimator.py`.
 
     Args:
-        robot: whose pendulum it is; the one that the controller believes in.
+        robot: whose pendulum it is; that of the controller.
         delay: age of the measurements, a whole number of periods; 0 predicts nothing [s].
         filter_time: within which an error of the estimate decays by e; 0 filters nothing [s].
         bias_time: likewise for the estimate of a constant offset of CoM and DCM; 0 estimates none.
@@ -248,7 +242,7 @@ class Estimator:
     bias_time: float = 0.0
     bias_limit: float | None = None
     period: float = 0.001
-    parameters: NDArray[np.void] = field(init=False, repr=False, compare=False)
+    parameters: NDArray[np.void] = dataclasses.field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         for name in ("delay", "filter_time", "bias_time"):
@@ -258,14 +252,16 @@ class Estimator:
         check_number("bias_limit", limit, 0.0, "m", above=True)
         object.__setattr__(self, "bias_limit", limit)
         check_number("period", self.period, 0.0, "s", above=True)
-        parameters = new_array(ESTIMATOR)
-        parameters["omega"] = self.robot.omega
-        parameters["weight"] = self.robot.mass * self.robot.gravity
-        parameters["period"] = self.period
-        parameters["delay"] = whole_cycles(self.delay, self.period)
-        for name in ("filter_time", "bias_time", "bias_limit"):
-            parameters[name] = getattr(self, name)
-        object.__setattr__(self, "parameters", parameters)
+        parameters = EstimatorParameters(
+            omega=self.robot.omega,
+            weight=self.robot.mass * self.robot.gravity,
+            period=self.period,
+            delay=whole_cycles(self.delay, self.period),
+            filter_time=self.filter_time,
+            bias_time=self.bias_time,
+            bias_limit=limit,
+        )
+        object.__setattr__(self, "parameters", parameters.array)
 
     @property
     def works(self) -> bool:
@@ -286,6 +282,6 @@ class Estimator:
             observation: as it was measured.
             command: what was carried out since the last observation; of no matter in the first.
         """
-        memory, seen = copy_array(memory), copy_array(observation.array)
-        _compiled()(self.parameters, memory, seen, command.array)
-        return Observation.of(seen), memory
+        memory, estimate = copy_array(memory), copy_array(observation.array)
+        _compiled()(self.parameters, memory, estimate, command.array)
+        return Observation.of(estimate), memory

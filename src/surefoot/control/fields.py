@@ -8,10 +8,13 @@ from __future__ import annotations
 import inspect
 import math
 import textwrap
+from collections.abc import Callable
 from dataclasses import MISSING, dataclass, field, fields, is_dataclass
 from typing import Any, TypeVar
 
 from surefoot.checks import check_number, check_pair, check_weights
+from surefoot.robot.own_units import WORDS, OwnUnits
+from surefoot.robot.robot import Robot
 
 _Class = TypeVar("_Class", bound=type)
 
@@ -34,6 +37,9 @@ class Setting:
         is_weight: whether it is a weight of the cost that is minimised.
         search: interval in which `surefoot tune` searches it; for a pair, one for each component
             or None [unit].
+        own: what a controller that was given None uses, of robot, gait and period [unit].
+        check: refuses a controller for its value, for more than being too small.
+        share: what it is if None, in `OwnUnits`, see `fill_shares`; then `least` is 0 if left out.
     """
 
     unit: str
@@ -43,6 +49,9 @@ class Setting:
     endless: bool = False
     is_weight: bool = False
     search: Interval | tuple[Interval | None, Interval | None] | None = None
+    own: Callable[[Any], float] | None = None
+    check: Callable[[Any], None] | None = None
+    share: float | None = None
 
 
 def setting(
@@ -50,33 +59,33 @@ def setting(
     unit: str,
     words: str,
     *,
-    least: float | None = None,
     above: float | None = None,
-    endless: bool = False,
-    is_weight: bool = False,
-    search: Interval | tuple[Interval | None, Interval | None] | None = None,
     kw_only: bool | None = None,
+    **about: Any,
 ) -> Any:
     """A field of a controller that can be set.
 
     Args:
-        default: its value; None if the controller finds its own, see `fill_in`.
+        default: its value; None if the controller finds its own, see `own` of `Setting`.
         unit: "" for what is no number.
         words: what it is, and what it is if None.
-        least: smallest value that is allowed.
         above: instead of `least`, the largest value that is not allowed.
-        endless: whether infinity is allowed.
-        is_weight: whether it is a weight of the cost that is minimised.
-        search: interval in which `surefoot tune` searches it; for a pair, one for each component
-            or None.
         kw_only: whether it is given by its name only; as the class says if None.
+        **about: what else `Setting` says of it, as needed.
     """
-    declared = Setting(
-        unit, words, least if above is None else above, above is not None, endless, is_weight,
-        search,
-    )  # fmt: skip
+    if above is not None:
+        about |= {"least": above, "excluded": True}
+    if "share" in about:
+        about.setdefault("least", 0.0)
     by_name: Any = MISSING if kw_only is None else kw_only
-    return field(default=default, metadata={"setting": declared}, kw_only=by_name)
+    known = Setting(unit, words, **about)
+    return field(default=default, metadata={"setting": known}, kw_only=by_name)
+
+
+def weight(default: Any, unit: str, words: str, **about: Any) -> Any:
+    """A setting that is a weight of the cost that is minimised; 0 and more, if not `above` 0."""
+    least = {} if "above" in about else {"least": 0.0}
+    return setting(default, unit, words, is_weight=True, **least, **about)
 
 
 def described(words: str, unit: str = "") -> dict[str, Setting]:
@@ -97,7 +106,7 @@ def check_fields(controller: Any) -> None:
     """Refuse a setting outside its range, and weights of one cost too far from each other.
 
     Raises:
-        ParameterError: a setting is refused.
+        SurefootError: a setting is refused.
     """
     weights = {}
     for of in fields(controller):
@@ -114,6 +123,8 @@ def check_fields(controller: Any) -> None:
             )  # fmt: skip
         if known.is_weight:
             weights[of.name] = value
+        if known.check is not None:
+            known.check(controller)
     check_weights(**weights)
 
 
@@ -134,8 +145,12 @@ def documented(cls: _Class) -> _Class:
 def _line(entry: tuple[str, Setting]) -> str:
     name, known = entry
     unit = f" [{known.unit}]" if known.unit else ""
+    share = "" if known.share is None else f"; {known.share:g} {WORDS[known.unit]} if None"
     return textwrap.fill(
-        f"{name}: {known.words}{unit}.", LINE, initial_indent=4 * " ", subsequent_indent=8 * " "
+        f"{name}: {known.words}{share}{unit}.",
+        LINE,
+        initial_indent=4 * " ",
+        subsequent_indent=8 * " ",
     )
 
 
@@ -163,14 +178,24 @@ class Own(float):
     """
 
 
-def fill_in(controller: Any, **values: float) -> None:
-    """Give these values to the parameters that were left out."""
+def fill_in(controller: Any) -> None:
+    """Give the parameters that were left out the values that follow from robot, gait and period."""
+    known = [(of.name, of.metadata.get("setting")) for of in fields(controller)]
+    values = {name: it.own(controller) for name, it in known if it and it.own is not None}
     for name, value in values.items():
-        known = getattr(controller, name)
-        if known is None or isinstance(known, Own):
+        given = getattr(controller, name)
+        if given is None or isinstance(given, Own):
             object.__setattr__(controller, name, Own(value))
 
 
+def fill_shares(owner: Any, robot: Robot) -> None:
+    """Give the settings that are None what follows from the robot."""
+    units = OwnUnits.of(robot)
+    for name, known in declared(owner).items():
+        if known.share is not None and getattr(owner, name) is None:
+            object.__setattr__(owner, name, known.share * units.one(known.unit))
+
+
 def filled(value: float | None) -> float:
-    """A parameter that `fill_in` has seen to."""
+    """A parameter after `fill_in`."""
     return math.nan if value is None else value

@@ -14,18 +14,17 @@ from numpy.typing import NDArray
 
 from surefoot.compiled import njit
 from surefoot.control.base import CompiledController
-from surefoot.control.belief import hold, look
 from surefoot.control.cycle import side_index
-from surefoot.control.defaults import DCM_GAIN
+from surefoot.control.defaults import dcm_gain, double_support
 from surefoot.control.fields import described, documented, setting
 from surefoot.control.tracking import (
-    TRACKING,
-    TRACKING_STATE,
-    check_double_support,
-    check_gain,
-    track_step,
+    Tracking,
+    TrackingState,
+    plan_step,
+    track_to_end,
     tracking_parameters,
 )
+from surefoot.control.validation import validate
 from surefoot.dcm.footholds import Foothold, check_footholds, plan_footholds
 from surefoot.dcm.nominal_gait import NominalGait, nominal_gait
 from surefoot.errors import ParameterError
@@ -37,20 +36,22 @@ from surefoot.robot.robot import Robot
 @njit
 def _foothold_step(parameters, state, observation, next_state):
     """One cycle: that of tracking, with the row of the step that this observation is in."""
-    if look(parameters[0].gate, state[0], observation[0], next_state[0]):
-        hold(state[0], next_state[0])
+    state, next_state = state[0], next_state[0]
+    if not validate(parameters[0].gate, state, observation[0], next_state):
         return
-    plan, count = state[0].plan, parameters.shape[0]
-    step = plan.steps + (1 if next_state[0].belief.seen.support_side != plan.support_side else 0)
+    plan, count = state.plan, parameters.shape[0]
+    now = next_state.validated.observation
+    step = plan.steps + (1 if now.support_side != plan.support_side else 0)
     if step >= count:
         step = count - 2 + (step - count) % 2
-    track_step(parameters[step], state[0], next_state[0])
+    new_step, _ = plan_step(parameters[step], state, next_state)
+    track_to_end(parameters[step], new_step, state, next_state)
 
 
 @documented
 @dataclass(frozen=True)
 class FootholdTracking(
-    CompiledController, arrays=_foothold_step, parameters=TRACKING, state=TRACKING_STATE
+    CompiledController, arrays=_foothold_step, parameters=Tracking, state=TrackingState
 ):
     """Footholds as given; disturbances are met by the ZMP alone. Then it steps in place.
 
@@ -69,18 +70,12 @@ class FootholdTracking(
             "from `load_footholds`, or made by hand; the first two are the feet that stand"
         )
     )
-    dcm_gain: float | None = setting(
-        None, "1/s", "K_f, rate at which an error decays; 0.857 omega if None", above=0.0
-    )
+    dcm_gain: float | None = dcm_gain("an error decays")
     project_zmp: bool = setting(True, "", "keep the ZMP inside the support polygon")
-    double_support: float = setting(
-        0.0, "-", "fraction of a step for which both feet share the load", least=0.0
-    )
+    double_support: float = double_support("fraction of a step for which both feet share the load")
 
     def check(self) -> None:
-        """Refuse footholds on which the robot cannot step, and what `DcmTracking` refuses."""
-        check_gain(self.dcm_gain, self.period)
-        check_double_support(self.double_support)
+        """Refuse footholds on which the robot cannot step."""
         object.__setattr__(self, "footholds", tuple(self.footholds))
         check_footholds(self.footholds, self.robot, "footholds")
 
@@ -88,24 +83,17 @@ class FootholdTracking(
         """That of stepping in place, with which the walk ends."""
         return nominal_gait(self.robot, (0.0, 0.0))
 
-    def defaults(self) -> dict[str, float]:
-        """K_f."""
-        return {"dcm_gain": DCM_GAIN * self.robot.omega}
-
     def make_parameters(self) -> NDArray[np.void]:
-        """`TRACKING` records, one for each step, and two for stepping in place for ever."""
+        """`Tracking` records, one for each step, and two for stepping in place for ever."""
         steps = plan_footholds(self.footholds, self.gait)
         common = tracking_parameters(
-            self.robot,
-            self.gait,
-            self.dcm_gain,
-            self.project_zmp,
-            self.double_support,
-            self.period,
+            self,
+            dcm_gain=self.dcm_gain,
+            project_zmp=self.project_zmp,
+            double_support=self.double_support,
         )
-        rows = np.empty(len(steps), TRACKING)
+        rows = np.repeat(common.array, len(steps))
         for k, step in enumerate(steps):
-            rows[k] = common[0]
             own = side_index.py_func(step.side)
             following = steps[min(k + 1, len(steps) - 1)]
             rows[k]["step_duration"] = step.duration
@@ -147,11 +135,7 @@ class FootholdTracking(
         )
 
     def start(self, observation: Observation) -> NDArray[np.void]:
-        """The state before the first cycle.
-
-        Raises:
-            ParameterError: the observation is not finite.
-        """
+        """The state before the first cycle, at the first touchdown of the footholds."""
         state = super().start(observation)
         plan, first = state["plan"][0], self.parameters[0]
         plan["start_offset"] = first["start_offset"][side_index.py_func(observation.support_side)]

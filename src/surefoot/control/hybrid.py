@@ -10,59 +10,51 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-
-import numpy as np
-from numpy.typing import NDArray
+from typing import Any
 
 from surefoot.compiled import njit
 from surefoot.control.base import CompiledController
-from surefoot.control.belief import BELIEF, hold, look
-from surefoot.control.cycle import growth_since_touchdown, side_index
-from surefoot.control.defaults import DCM_GAIN, default_tau_weight, default_threshold
-from surefoot.control.fields import filled, setting
+from surefoot.control.cycle import end_cycle, side_index
+from surefoot.control.defaults import TAU_WEIGHT, dcm_gain, double_support, tau_weight, threshold
+from surefoot.control.fields import filled, setting, weight
 from surefoot.control.registry import method
 from surefoot.control.tracking import (
-    PLAN,
-    TRACKING,
-    begin_plan,
-    check_double_support,
-    check_gain,
-    end_cycle,
-    follow_plan,
-    plan_landing,
-    track,
+    Tracking,
+    TrackingState,
+    plan_or_drop,
+    track_to_end,
     tracking_parameters,
 )
+from surefoot.control.validation import validate
 from surefoot.dcm.step_in_reach import SavedAfterStep, saved_by, solve_step_in_reach
 from surefoot.dcm.step_problem import (
     OFFSET_PENALTY,
     OFFSET_WEIGHT,
-    STEP_PROBLEM,
-    STEP_SOLUTION,
     StepProblem,
+    StepSolution,
     gait_problem,
 )
 from surefoot.dcm.step_solver import solve_step_record
-from surefoot.interface import COMMAND, Mode
-from surefoot.record import new_array
+from surefoot.interface import Mode
+from surefoot.record import Array, Record, field
 from surefoot.robot.feet import Side
-from surefoot.robot.robot import Robot
 
-HYBRID = np.dtype(
-    [
-        ("tracking", TRACKING),
-        ("threshold", "f8"),
-        ("knows_leg", "i8"),
-        ("saved", SavedAfterStep.DTYPE),
-        ("problem", STEP_PROBLEM, (2,)),
-    ]
-)
-"""Parameters: of tracking, the threshold [m], whether landings must be in reach of the leg, what
-steps of it can save, and the step problem of each support side."""
 
-HYBRID_STATE = np.dtype(
-    [("plan", PLAN), ("belief", BELIEF), ("solution", STEP_SOLUTION), ("command", COMMAND)]
-)
+class HybridParameters(Record):
+    """Of a controller that tracks its plan, and decides the step anew past a threshold."""
+
+    tracking: Tracking = field("", "of tracking")
+    threshold: float = field("m", "DCM error at which the step is decided anew")
+    knows_leg: int = field("", "1 if landings must be in reach of the leg", default=0)
+    saved: SavedAfterStep = field("", "what its steps can save", default=SavedAfterStep())
+    problem: Array = field("", "what is decided on either foot", shape=2, kind=StepProblem)
+
+
+class HybridState(TrackingState):
+    """What it remembers."""
+
+    solution: StepSolution = field("", "of the step problem that was solved last")
+
 
 _ADAPTING = int(Mode.ADAPTING)
 
@@ -103,60 +95,94 @@ def hybrid_cycle(parameters, state, observation, next_state):
     """One cycle of `HybridController` over records."""
     next_state.solution = state.solution
     tracking = parameters.tracking
-    if look(tracking.gate, state, observation, next_state):
-        hold(state, next_state)
+    if not validate(tracking.gate, state, observation, next_state):
         return
-    next_state.plan = state.plan
-    plan, command = next_state.plan, next_state.command
-    observation = next_state.belief.seen
-    growth = growth_since_touchdown(tracking.omega, observation.elapsed)
-    new_step = observation.support_side != plan.support_side
-    if new_step:
-        begin_plan(tracking, observation, plan.adapting != 0, plan)
-        plan.adapting = 0
-    if plan.adapting == 0:
-        plan_landing(tracking, observation, plan)
-    error = follow_plan(tracking, observation, growth, plan, command)
-    # A foot that is on the ground already cannot be sent elsewhere.
-    if error >= parameters.threshold and plan.closing == 0:
-        plan.adapting = 1
-    if plan.adapting != 0:
-        adapt(parameters, observation, growth, next_state.solution, command)
-        in_the_air = 0.0, command.step_duration
-    else:
-        track(tracking, observation, plan, command)
-        in_the_air = plan.opening_after, plan.step_duration - plan.closing_before
-    end_cycle(tracking, in_the_air, new_step, state, next_state)
+    new_step, growth = plan_or_drop(tracking, parameters.threshold, state, next_state)
+    if next_state.plan.adapting == 0:
+        track_to_end(tracking, new_step, state, next_state)
+        return
+    command = next_state.command
+    adapt(parameters, next_state.validated.observation, growth, next_state.solution, command)
+    end_cycle(tracking, (0.0, command.step_duration), new_step, state, next_state)
 
 
-@njit
-def hybrid_step(parameters, state, observation, next_state):
-    """The same over arrays of one record."""
-    hybrid_cycle(parameters[0], state[0], observation[0], next_state[0])
+class StepDecider(
+    CompiledController, cycle=hybrid_cycle, parameters=HybridParameters, state=HybridState
+):
+    """Decides steps by the step problem; a subclass declares the settings that it is made of."""
+
+    step_weight: tuple[float, float]
+    tau_weight: float | None
+    offset_weight: tuple[float, float]
+    offset_penalty: float
+    knows_leg: bool
+
+    def offset_bounds(self, support_side: Side) -> tuple[tuple[float, float], tuple[float, float]]:
+        """Least and largest DCM offset at landing (x, y) [m]."""
+        raise NotImplementedError(f"{type(self).__name__}.offset_bounds")
+
+    def step_problem(
+        self,
+        support_side: Side,
+        growth: tuple[float, float] | None = None,
+        elapsed: float = 0.0,
+    ) -> StepProblem:
+        """The step problem that this controller solves.
+
+        Args:
+            support_side: foot on the ground.
+            growth: (A, B), the nominal gait if None [m].
+            elapsed: t, time since touchdown [s].
+        """
+        return gait_problem(
+            self.robot,
+            self.gait,
+            support_side,
+            self.offset_bounds(support_side),
+            growth,
+            elapsed,
+            step_weight=self.step_weight,
+            tau_weight=filled(self.tau_weight),
+            offset_weight=self.offset_weight,
+            offset_penalty=self.offset_penalty,
+        )
+
+    def hybrid_parameters(self, tracking: Tracking, threshold: float) -> HybridParameters:
+        """The parameters, from those of tracking and the threshold [m]."""
+        problems = [self.step_problem(side).array[0] for side in (Side.RIGHT, Side.LEFT)]
+        parameters = HybridParameters(tracking=tracking, threshold=threshold, problem=problems)
+        # Of a leg without limits there is nothing to know.
+        if not self.knows_leg or not self.robot.swing.is_limited:
+            return parameters
+        return parameters.replace(knows_leg=1, saved=saved_by(self.robot))
 
 
-def hybrid_parameters(
-    tracking: NDArray[np.void],
-    threshold: float,
-    leg: Robot | None,
-    problems: dict[Side, StepProblem],
-) -> NDArray[np.void]:
-    """The `HYBRID` record, shape (1,).
+def step_weight() -> Any:
+    """The setting a1, a2."""
+    return weight((1.0, 1.0), "1/m^2", "(a1, a2) on the step vector", search=(None, (0.01, 100.0)))
 
-    Args:
-        tracking: the `TRACKING` record.
-        threshold: DCM error at which the step is decided anew [m].
-        leg: the robot whose leg must reach a landing; None if that is not asked. Of a leg without
-            limits there is nothing to know.
-        problems: what is decided on either foot.
-    """
-    parameters = new_array(HYBRID)
-    parameters["tracking"], parameters["threshold"] = tracking, threshold
-    if leg is not None and leg.swing.is_limited:
-        parameters["knows_leg"], parameters["saved"] = 1, saved_by(leg).array
-    for side, problem in problems.items():
-        parameters["problem"][0, side_index.py_func(side)] = problem.array[0]
-    return parameters
+
+def offset_weight(default: tuple[float, float]) -> Any:
+    """The setting a4, a5."""
+    words = "(a4, a5) on the DCM offset; they must dominate"
+    return weight(default, "1/m^2", words, search=((1.0, 1e6), (1.0, 1e6)))
+
+
+def offset_penalty(distance: str) -> Any:
+    """The setting rho, on half the squared distance."""
+    return weight(OFFSET_PENALTY, "1/m^2", f"on half the squared {distance}", search=(1e3, 1e9))
+
+
+def knows_leg() -> Any:
+    """The setting that a landing must be in reach."""
+    return setting(
+        False, "", "whether a landing must be in reach of `robot.swing` when the foot lands; False "
+        "is as published",
+    )  # fmt: skip
+
+
+A3 = "a3 on tau", ", see `control.defaults`", TAU_WEIGHT, (0.001, 100.0)
+"""The setting `tau_weight` of the step problem."""
 
 
 @method(
@@ -170,13 +196,7 @@ def hybrid_parameters(
     compared={"knows_leg": True},
 )
 @dataclass(frozen=True)
-class HybridController(
-    CompiledController,
-    cycle=hybrid_cycle,
-    arrays=hybrid_step,
-    parameters=HYBRID,
-    state=HYBRID_STATE,
-):
+class HybridController(StepDecider):
     """DCM tracking for small errors, online step location and timing for large ones.
 
     Raises:
@@ -184,96 +204,29 @@ class HybridController(
         ParameterError: another argument is out of range.
     """
 
-    threshold: float | None = setting(
-        None,
-        "m",
-        "DCM error at which the step is decided anew; 0 always, inf never, a tenth of the room of "
-        "the gait if None",
-        least=0.0,
-        endless=True,
-        search=(0.002, 0.2),
-    )
-    dcm_gain: float | None = setting(
-        None, "1/s", "K_f, rate at which tracking removes an error; 0.857 omega if None",
-        above=0.0, search=(0.5, 30.0),
-    )  # fmt: skip
+    threshold: float | None = threshold("step is", search=(0.002, 0.2))
+    dcm_gain: float | None = dcm_gain("tracking removes an error", search=(0.5, 30.0))
     project_zmp: bool = setting(True, "", "keep the ZMP of tracking inside the foot")
-    step_weight: tuple[float, float] = setting(
-        (1.0, 1.0), "1/m^2", "(a1, a2) on the step vector",
-        least=0.0, is_weight=True, search=(None, (0.01, 100.0)),
-    )  # fmt: skip
-    tau_weight: float | None = setting(
-        None, "-", "a3 on tau; 540 (R / tau_nom)^2 if None, see `control.defaults`",
-        least=0.0, is_weight=True, search=(0.001, 100.0),
-    )  # fmt: skip
-    offset_weight: tuple[float, float] = setting(
-        OFFSET_WEIGHT, "1/m^2", "(a4, a5) on the DCM offset; they must dominate",
-        least=0.0, is_weight=True, search=((1.0, 1e6), (1.0, 1e6)),
-    )  # fmt: skip
-    offset_penalty: float = setting(
-        OFFSET_PENALTY, "1/m^2", "on half the squared violation of the offset bounds",
-        least=0.0, is_weight=True, search=(1e3, 1e9),
-    )  # fmt: skip
-    knows_leg: bool = setting(
-        False,
-        "",
-        "whether a landing must be in reach of `robot.swing` when the foot lands; False is as "
-        "published",
-    )
-    double_support: float = setting(
-        0.0,
-        "-",
-        "fraction of the step for which both feet share the load while tracking",
-        least=0.0,
+    step_weight: tuple[float, float] = step_weight()
+    tau_weight: float | None = tau_weight(*A3)
+    offset_weight: tuple[float, float] = offset_weight(OFFSET_WEIGHT)
+    offset_penalty: float = offset_penalty("violation of the offset bounds")
+    knows_leg: bool = knows_leg()
+    double_support: float = double_support(
+        "fraction of the step for which both feet share the load while tracking"
     )
 
-    def check(self) -> None:
-        """Refuse a gain that is too large, and a double support that is too long."""
-        check_gain(self.dcm_gain, self.period)
-        check_double_support(self.double_support)
-
-    def defaults(self) -> dict[str, float]:
-        """Threshold, gain and weight of tau."""
-        return {
-            "threshold": default_threshold(self.robot, self.gait),
-            "dcm_gain": DCM_GAIN * self.robot.omega,
-            "tau_weight": default_tau_weight(self.robot, self.gait),
-        }
-
-    def make_parameters(self) -> NDArray[np.void]:
-        """The `HYBRID` record."""
+    def make_parameters(self) -> HybridParameters:
+        """Those of tracking, and of the step problem past the threshold."""
         tracking = tracking_parameters(
-            self.robot, self.gait, self.dcm_gain, self.project_zmp, self.double_support, self.period
+            self,
+            dcm_gain=self.dcm_gain,
+            project_zmp=self.project_zmp,
+            double_support=self.double_support,
         )
-        leg = self.robot if self.knows_leg else None
-        problems = {side: self.step_problem(side) for side in Side}
-        return hybrid_parameters(tracking, filled(self.threshold), leg, problems)
+        return self.hybrid_parameters(tracking, filled(self.threshold))
 
-    def step_problem(
-        self,
-        support_side: Side,
-        growth: tuple[float, float] | None = None,
-        elapsed: float = 0.0,
-    ) -> StepProblem:
-        """The step problem that this controller solves.
-
-        The offset bounds are the robot's.
-
-        Args:
-            support_side: foot on the ground.
-            growth: (A, B), the nominal gait if None [m].
-            elapsed: t, time since touchdown [s].
-        """
+    def offset_bounds(self, support_side: Side) -> tuple[tuple[float, float], tuple[float, float]]:
+        """Those of the robot."""
         bound_x, bound_y = self.robot.gait.dcm_offset
-        return gait_problem(
-            self.robot,
-            self.gait,
-            support_side,
-            ((-bound_x, -bound_y), (bound_x, bound_y)),
-            growth,
-            elapsed,
-            step_weight=self.step_weight,
-            tau_weight=filled(self.tau_weight),
-            offset_weight=self.offset_weight,
-            offset_penalty=self.offset_penalty,
-        )
+        return (-bound_x, -bound_y), (bound_x, bound_y)

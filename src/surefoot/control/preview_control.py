@@ -26,14 +26,13 @@ from numpy.typing import NDArray
 from surefoot.checks import check_number, check_weights
 from surefoot.compiled import entry_point, njit
 from surefoot.control.base import CompiledController, check_first
-from surefoot.control.belief import first_belief, hold, look
-from surefoot.control.cycle import side_index
+from surefoot.control.cycle import end_cycle, side_index
 from surefoot.control.fields import filled, setting
 from surefoot.control.preview_law import (
-    MOST_SAMPLES,
-    PREVIEW,
-    PREVIEW_PLAN,
-    PREVIEW_STATE,
+    MAX_SAMPLES,
+    PreviewParameters,
+    PreviewPlan,
+    PreviewState,
     land_plan,
     preview_gains,
     regulate,
@@ -41,7 +40,8 @@ from surefoot.control.preview_law import (
     walk_plan,
 )
 from surefoot.control.registry import method
-from surefoot.control.tracking import NO_GAIN, end_cycle, tracking_parameters
+from surefoot.control.tracking import tracking_parameters
+from surefoot.control.validation import accept_first, validate
 from surefoot.dcm.nominal_gait import NominalGait
 from surefoot.errors import ParameterError
 from surefoot.interface import Mode, Observation, Status
@@ -68,12 +68,11 @@ _ZMP_AT_EDGE = int(Status.ZMP_AT_EDGE)
 @njit
 def preview_cycle(parameters, state, observation, next_state):
     """One cycle of `PreviewControl` over records."""
-    if look(parameters.gate, state, observation, next_state):
-        hold(state, next_state)
+    if not validate(parameters.gate, state, observation, next_state):
         return
     next_state.plan = state.plan
     plan, command = next_state.plan, next_state.command
-    observation = next_state.belief.seen
+    observation = next_state.validated.observation
     yaw, foot = observation.support_yaw, observation.support_foot
     new_step = observation.support_side != plan.support_side
     if new_step:
@@ -107,11 +106,6 @@ def preview_cycle(parameters, state, observation, next_state):
 
 
 @njit
-def _preview_step(parameters, state, observation, next_state):
-    preview_cycle(parameters[0], state[0], observation[0], next_state[0])
-
-
-@njit
 def _walk_step(parameters, begun, landed):
     """One step of the twin: from a touchdown to its first sample, and to the next touchdown."""
     begun[0].measured_sum = begun[0].zmp_sum
@@ -123,14 +117,14 @@ def _walk_step(parameters, begun, landed):
 
 @cache
 def _compiled_walk() -> Callable[..., None]:
-    return entry_point(_walk_step, PREVIEW, PREVIEW_PLAN, PREVIEW_PLAN)
+    return entry_point(_walk_step, PreviewParameters, PreviewPlan, PreviewPlan)
 
 
 def find_periodic_gait(parameters: NDArray[np.void], gait: NominalGait) -> None:
     """Walk undisturbed, from the nominal gait on, until the gait is periodic; write it down.
 
     Args:
-        parameters: a `PREVIEW` record, shape (1,), whose `start`, `start_zmp` and `end_offset` are
+        parameters: of `PreviewParameters`, shape (1,); `start`, `start_zmp` and `end_offset` are
             written.
         gait: where to begin.
 
@@ -138,7 +132,7 @@ def find_periodic_gait(parameters: NDArray[np.void], gait: NominalGait) -> None:
         ParameterError: it never becomes periodic.
     """
     walk, omega = _compiled_walk(), gait.omega
-    plan = new_array(PREVIEW_PLAN)
+    plan = new_array(PreviewPlan.DTYPE)
     begin = gait.observation(Side.RIGHT)
     plan["com"] = begin.com - begin.support_foot
     plan["com_velocity"], plan["support_side"] = begin.com_velocity, Side.RIGHT
@@ -149,12 +143,12 @@ def find_periodic_gait(parameters: NDArray[np.void], gait: NominalGait) -> None:
         row = side_index.py_func(plan["support_side"][0])
         dcm = plan["com"][0] + plan["com_velocity"][0] / omega
         # The integrator settles last; as a length it is the integral over a time constant.
-        seen = np.concatenate([dcm, omega * parameters["period"] * plan["zmp_sum"][0]])
-        change, last[row] = np.abs(seen - last[row]).max(), seen
+        state = np.concatenate([dcm, omega * parameters["period"] * plan["zmp_sum"][0]])
+        change, last[row] = np.abs(state - last[row]).max(), state
         half = parameters["half_foot"][0]
         parameters["start_zmp"][0, row] = np.clip(plan["zmp"][0], -half, half)
         parameters["end_offset"][0, 1 - row] = dcm
-        landed = new_array(PREVIEW_PLAN)
+        landed = new_array(PreviewPlan.DTYPE)
         walk(parameters, plan, landed)
         parameters["start"][0, row] = plan[0]
         if change < SETTLED * np.abs(parameters["step"]).max():
@@ -182,11 +176,7 @@ def find_periodic_gait(parameters: NDArray[np.void], gait: NominalGait) -> None:
 )
 @dataclass(frozen=True)
 class PreviewControl(
-    CompiledController,
-    cycle=preview_cycle,
-    arrays=_preview_step,
-    parameters=PREVIEW,
-    state=PREVIEW_STATE,
+    CompiledController, cycle=preview_cycle, parameters=PreviewParameters, state=PreviewState
 ):
     """Footsteps as given; the ZMP follows their centres by preview control, inside the sole.
 
@@ -205,14 +195,13 @@ class PreviewControl(
         "the diagonal of Q_x, on the change in a sample of position, velocity and acceleration",
     )
     input_weight: float | None = setting(
-        None,
-        "s^6/m^2",
-        "R, on the change of the jerk in a sample; 1.844e-3 / omega^6 if None",
-        above=0.0,
-    )
+        None, "s^6/m^2", "R, on the change of the jerk in a sample; 1.844e-3 / omega^6 if None",
+        above=0.0, own=lambda controller: INPUT_WEIGHT / controller.robot.omega**6,
+    )  # fmt: skip
     preview: float | None = setting(
-        None, "s", "how far ahead the footsteps are known; 5.603 / omega if None"
-    )
+        None, "s", "how far ahead the footsteps are known; 5.603 / omega if None",
+        own=lambda controller: LOOK_AHEAD / controller.robot.omega,
+    )  # fmt: skip
 
     def check(self) -> None:
         """Refuse weights that are none or too far from each other, and a preview that is none."""
@@ -239,40 +228,40 @@ class PreviewControl(
             weights["input_weight` * `omega^6"] = self.input_weight * omega**6
         check_weights(**weights)
 
-    def defaults(self) -> dict[str, float]:
-        """Weight of the jerk, and preview."""
-        omega = self.robot.omega
-        return {"input_weight": INPUT_WEIGHT / omega**6, "preview": LOOK_AHEAD / omega}
-
     def make_parameters(self) -> NDArray[np.void]:
-        """The `PREVIEW` record."""
+        """Those of its gains, and of the periodic gait that they walk."""
         samples = round(filled(self.preview) / self.period)
-        if samples > MOST_SAMPLES:
+        if samples > MAX_SAMPLES:
             raise ParameterError(
-                f"a preview of at most {MOST_SAMPLES} periods",
+                f"a preview of at most {MAX_SAMPLES} periods",
                 f"{self.preview} s in periods of {self.period} s",
                 "look less far ahead, or decide less often",
             )
+        robot, gait = self.robot, self.gait
         gains = preview_gains(
-            self.robot.omega,
+            robot.omega,
             self.period,
             samples,
             self.error_weight,
             self.state_weight,
             filled(self.input_weight),
         )
-        parameters, robot, gait = new_array(PREVIEW), self.robot, self.gait
-        parameters["omega"], parameters["period"] = robot.omega, self.period
-        parameters["half_foot"] = robot.foot.half
-        parameters["integral_gain"] = gains.integral
-        parameters["state_gain"] = gains.state
-        parameters["samples"] = samples
-        parameters["step_gain"][0, :samples] = np.cumsum(gains.preview[::-1])[::-1]
-        parameters["step_duration"] = gait.step_duration
-        for side in Side:
-            parameters["step"][0, side_index.py_func(side)] = gait.step(side)
-        tracking = tracking_parameters(robot, gait, NO_GAIN, True, 0.0, self.period)
-        parameters["swing"], parameters["gate"] = tracking["swing"], tracking["gate"]
+        step_gain = np.zeros(MAX_SAMPLES + 1)
+        step_gain[:samples] = np.cumsum(gains.preview[::-1])[::-1]
+        tracking = tracking_parameters(self)
+        parameters = PreviewParameters(
+            omega=robot.omega,
+            period=self.period,
+            half_foot=robot.foot.half,
+            integral_gain=gains.integral,
+            state_gain=gains.state,
+            step_gain=step_gain,
+            samples=samples,
+            step_duration=gait.step_duration,
+            step=[gait.step(side) for side in (Side.RIGHT, Side.LEFT)],
+            swing=tracking.swing,
+            gate=tracking.gate,
+        ).array
         find_periodic_gait(parameters, gait)
         return parameters
 
@@ -289,13 +278,9 @@ class PreviewControl(
         )
 
     def start(self, observation: Observation) -> NDArray[np.void]:
-        """The state before the first cycle.
-
-        Raises:
-            ParameterError: the observation is not finite.
-        """
+        """The state before the first cycle, at a touchdown of this method's own gait."""
         check_first(observation)
-        state = new_array(PREVIEW_STATE)
+        state = new_array(PreviewState.DTYPE)
         row = side_index.py_func(observation.support_side)
         parameters, command = self.parameters[0], state["command"][0]
         state["plan"][0] = parameters["start"][row]
@@ -305,5 +290,5 @@ class PreviewControl(
         command["step_location"] = observation.support_foot + parameters["step"][row]
         command["step_duration"] = parameters["step_duration"]
         command["swing_foot"] = observation.swing_foot
-        first_belief(observation, state)
+        accept_first(observation, state)
         return state

@@ -20,14 +20,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from surefoot.compiled import njit
-from surefoot.control.belief import BELIEF
-from surefoot.control.cycle import LAST_CYCLE, SWING, side_index
-from surefoot.control.plausibility import GATE
+from surefoot.control.cycle import LAST_CYCLE, SwingParameters, side_index
+from surefoot.control.plausibility import Gate
 from surefoot.control.tracking import EDGE_TOLERANCE
+from surefoot.control.validation import Validated
 from surefoot.dcm.pendulum import com_flow
 from surefoot.dcm.support import nearest_under_foot
 from surefoot.errors import ParameterError
-from surefoot.interface import COMMAND
+from surefoot.interface import Command
+from surefoot.record import Array, Record, Vector2, Vector3, field, new_array
 
 DOUBLINGS = 60
 """No horizon is longer than 2^60 samples."""
@@ -156,53 +157,61 @@ def _riccati(
     return p
 
 
-MOST_SAMPLES = 2000
+MAX_SAMPLES = 2000
 """The longest preview, in control periods."""
 
-PREVIEW_PLAN = np.dtype(
-    [
-        ("com", "f8", (2,)),
-        ("com_velocity", "f8", (2,)),
-        ("zmp", "f8", (2,)),
-        ("zmp_sum", "f8", (2,)),
-        ("measured_sum", "f8", (2,)),
-        ("step", "f8", (2,)),
-        ("step_duration", "f8"),
-        ("elapsed", "f8"),
-        ("phase", "f8", (3,)),
-        ("support_side", "i8"),
-    ],
-)
-"""The undisturbed twin, relative to the support foot: CoM [m, m/s], ZMP from now on, and the sum of
-its errors [m]. That sum for the robot itself [m]. The step under way: its vector [m], its duration,
-the time up to which the twin has walked [s], the phase of the swing foot's flight with its
-derivatives [-, 1/s, 1/s^2], and the foot that stands."""
 
-PREVIEW = np.dtype(
-    [
-        ("omega", "f8"),
-        ("period", "f8"),
-        ("half_foot", "f8", (2,)),
-        ("integral_gain", "f8"),
-        ("state_gain", "f8", (3,)),
-        ("step_gain", "f8", (MOST_SAMPLES + 1,)),
-        ("samples", "i8"),
-        ("step_duration", "f8"),
-        ("step", "f8", (2, 2)),
-        ("landing_yaw", "f8"),
-        ("swing", SWING),
-        ("gate", GATE),
-        ("start", PREVIEW_PLAN, (2,)),
-        ("start_zmp", "f8", (2, 2)),
-        ("end_offset", "f8", (2, 2)),
-    ],
-)
-"""Parameters. `step_gain[n]` is what a step counts that is taken n samples from now: the sum of
-G_p(l) over l > n. By support side: the step vectors [m], the periodic plan at touchdown, the ZMP
-that acted just before it, relative to the foot that stands then, and the DCM offset of the periodic
-gait at the end of the step [m]."""
+class PreviewPlan(Record):
+    """The undisturbed twin, relative to the support foot, and the step under way."""
 
-PREVIEW_STATE = np.dtype([("plan", PREVIEW_PLAN), ("belief", BELIEF), ("command", COMMAND)])
+    com: Vector2 = field("m", "of the twin")
+    com_velocity: Vector2 = field("m/s", "of the twin")
+    zmp: Vector2 = field("m", "of the twin, from now on")
+    zmp_sum: Vector2 = field("m", "of the errors of the twin's ZMP")
+    measured_sum: Vector2 = field("m", "of those of the robot's own")
+    step: Vector2 = field("m", "from the support foot to the landing")
+    step_duration: float = field("s", "of the step under way")
+    elapsed: float = field("s", "time of the step up to which the twin has walked")
+    phase: Vector3 = field("-, 1/s, 1/s^2", "of the swing foot's flight, with its derivatives")
+    support_side: int = field("", "which foot is on the ground")
+
+
+class PreviewParameters(Record):
+    """Of preview control; the first index of a table is the support side, see `side_index`."""
+
+    omega: float = field("1/s", "natural frequency")
+    period: float = field("s", "control period, and sample of the regulator")
+    half_foot: Vector2 = field("m", "half the sole")
+    integral_gain: float = field("1/s^3", "G_i")
+    state_gain: Vector3 = field("1/s^3, 1/s^2, 1/s", "G_x")
+    step_gain: Array = field(
+        "1/s^3", "what a step counts that is taken n samples from now: the sum of G_p(l), l > n",
+        shape=MAX_SAMPLES + 1,
+    )  # fmt: skip
+    samples: int = field("", "N")
+    step_duration: float = field("s", "of the gait")
+    step: Array = field("m", "step vectors", shape=(2, 2))
+    landing_yaw: float = field("rad", "heading with which the foot lands", default=0.0)
+    swing: SwingParameters = field("", "of the swing foot")
+    gate: Gate = field("", "of observations")
+    start: Array = field(
+        "", "the periodic plan at touchdown", shape=2, kind=PreviewPlan,
+        default=new_array(PreviewPlan.DTYPE),
+    )  # fmt: skip
+    start_zmp: Array = field(
+        "m", "ZMP just before that, relative to the new support foot", shape=(2, 2), default=0.0
+    )
+    end_offset: Array = field(
+        "m", "DCM offset of the periodic gait at the end of a step", shape=(2, 2), default=0.0
+    )
+
+
+class PreviewState(Record):
+    """What preview control remembers."""
+
+    plan: PreviewPlan = field("", "of the step under way")
+    validated: Validated = field("", "the observation")
+    command: Command = field("", "of the last cycle")
 
 
 @njit
@@ -244,8 +253,8 @@ def regulate(parameters, plan, yaw, elapsed, com, com_velocity, zmp, zmp_sum):
     """One sample of the regulator; everything is relative to the support foot.
 
     Args:
-        parameters: a `PREVIEW` record.
-        plan: the footsteps, a `PREVIEW_PLAN` record.
+        parameters: a `PreviewParameters` record.
+        plan: the footsteps, a `PreviewPlan` record.
         yaw: heading of the sole [rad].
         elapsed: time since touchdown [s].
         com, com_velocity: now (x, y) [m, m/s].

@@ -1,10 +1,10 @@
-"""What pushes the robot, seen in the motion of its DCM: no force sensor, no mass needed.
+"""Observe the push from the motion of the DCM: no force sensor, no mass needed.
 
 Between two cycles the DCM flows about the commanded ZMP. What it does beyond that is the push: with
 f = F / (m omega^2) it is f (e^(omega dt) - 1), so f follows at once. Measured like this, noise of
 the DCM counts 1 / (omega dt) times, three hundred times at 1 kHz. So beside the estimate of the
 moment there are some that are smoothed, and the noise is watched: it makes estimates jump to and
-fro, which a push does only when it begins and ends. The fastest estimate that can be told from its
+fro, which a push does only when it begins and ends. The fastest estimate that stands out from its
 own noise is the answer; without noise that is the one of the moment. Own derivation; in the world
 frame, for the sides of the feet change places at a touchdown.
 """
@@ -13,9 +13,9 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from surefoot.compiled import njit
+from surefoot.control.validation import PENDULUM
+from surefoot.record import Array, Record, Vector2, field
 
 SMOOTHINGS = (0.0, 0.014, 0.056, 0.224)
 """Time constants of the estimates [1/omega]."""
@@ -44,48 +44,41 @@ SHORT = 0.2
 
 _COUNT = len(SMOOTHINGS)
 
-OBSERVING = np.dtype(
-    [
-        ("omega", "f8"),
-        ("period", "f8"),
-        ("follow", "f8", (_COUNT,)),
-        ("learn", "f8"),
-        ("harmless", "f8"),
-        ("rounding", "f8"),
-    ]
-)
-"""Parameters: natural frequency [1/s], control period [s], how much each estimate follows in a
-cycle, how much the noise is learnt in one; and what is harmless and what is rounding [m]."""
 
-PUSH_OBSERVER = np.dtype(
-    [
-        ("force", "f8", (2,)),
-        ("estimate", "f8", (2, _COUNT)),
-        ("jump", "f8", (2,)),
-        ("time", "f8"),
-        ("dcm", "f8", (2,)),
-        ("zmp", "f8", (2,)),
-        ("seen", "i8"),
-    ],
-)
-"""The answer f and the estimates, per axis [m]; mean square of how they jump [m^2]; of the last
-cycle its time [s], DCM and commanded ZMP [m], if it was seen."""
+class Observing(Record):
+    """Parameters of the observer."""
+
+    omega: float = field("1/s", "natural frequency")
+    period: float = field("s", "control period")
+    follow: Array = field("-", "how much each estimate follows in a cycle", shape=_COUNT)
+    learn: float = field("-", "how much the noise is learnt in one")
+    harmless: float = field("m", "noise that changes nothing")
+    rounding: float = field("m", "an estimate that is none")
 
 
-def observing(
-    omega: float, period: float, room: float
-) -> tuple[float, float, list[float], float, float, float]:
-    """The `OBSERVING` record of a controller.
+class PushObserver(Record):
+    """What it remembers."""
 
-    Args:
-        omega: natural frequency [1/s].
-        period: control period [s].
-        room: R, how far the gait is from what cannot be saved [m].
-    """
+    force: Vector2 = field("m", "f, the answer")
+    estimate: Array = field("m", "of each smoothing, by axis", shape=(2, _COUNT))
+    jump: Vector2 = field("m^2", "mean square of how the estimates jump")
+    time: float = field("s", "of the last cycle")
+    dcm: Vector2 = field("m", "of the last cycle")
+    zmp: Vector2 = field("m", "commanded in the last cycle")
+    known: int = field("", "1 if that cycle was observed, 0 if there is none to compare with")
+
+
+def observing(omega: float, period: float, room: float) -> Observing:
+    """The parameters for a natural frequency [1/s], a control period [s] and the room R [m]."""
     step = omega * period
-    follow = [-math.expm1(-step / time) if time > 0.0 else 1.0 for time in SMOOTHINGS]
-    learn = -math.expm1(-step / NOISE_TIME)
-    return omega, period, follow, learn, HARMLESS * room, NO_FORCE * room
+    return Observing(
+        omega=omega,
+        period=period,
+        follow=[-math.expm1(-step / time) if time > 0.0 else 1.0 for time in SMOOTHINGS],
+        learn=-math.expm1(-step / NOISE_TIME),
+        harmless=HARMLESS * room,
+        rounding=NO_FORCE * room,
+    )
 
 
 @njit(forceinline=True)
@@ -105,13 +98,13 @@ def observe_push(parameters, last, observation, observer):
     """Write the estimates of this cycle.
 
     Args:
-        parameters: an `OBSERVING` record.
-        last: the `PUSH_OBSERVER` record of the last cycle.
-        observation: an `OBSERVATION` record.
+        parameters: an `Observing` record.
+        last: the `PushObserver` record of the last cycle.
+        observation: an `Observation` record.
         observer: the record of this cycle; DCM and ZMP are for `remember` to write.
     """
     observer.jump = last.jump
-    if last.seen == 0:
+    if last.known == 0:
         # What pushed before a gap may be over.
         for i in range(2):
             observer.force[i] = 0.0
@@ -136,8 +129,11 @@ def observe_push(parameters, last, observation, observer):
 
 
 @njit(forceinline=True)
-def remember(observation, zmp, observer):
-    """Keep what the next cycle compares with: when and where the DCM was, and the ZMP from now."""
-    observer.time, observer.seen = observation.time, 1
+def remember(observation, zmp, predicted, observer):
+    """Keep what the next cycle compares with: when and where the DCM was, and the ZMP from now.
+
+    Nothing pushes a pendulum that is only `predicted`: there is nothing to compare with then.
+    """
+    observer.time, observer.known = observation.time, 0 if predicted & PENDULUM else 1
     for i in range(2):
         observer.dcm[i], observer.zmp[i] = observation.dcm[i], zmp[i]

@@ -18,8 +18,8 @@ loaded when the first program is built.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from functools import cache
+from dataclasses import dataclass
+from functools import cache, cached_property
 from typing import Any
 
 import numpy as np
@@ -29,22 +29,22 @@ from surefoot.checks import optional_module
 from surefoot.dcm.leg import furthest
 from surefoot.dcm.nominal_gait import NominalGait
 from surefoot.dcm.viability import viable_offsets
+from surefoot.record import Array, Record, field, new_array
 from surefoot.robot.feet import Side
 from surefoot.robot.robot import Robot
 
-LONGEST_HORIZON = 5
-"""A decision looks no more steps ahead."""
+MAX_HORIZON = 5
+"""A decision is about no more steps."""
 
-PLANNED_STEPS = np.dtype(
-    [
-        ("duration", "f8", (LONGEST_HORIZON,)),
-        ("step", "f8", (LONGEST_HORIZON, 2)),
-        ("zmp", "f8", (LONGEST_HORIZON, 2)),
-        ("offset", "f8", (LONGEST_HORIZON, 2)),
-    ],
-)
-"""The next steps, each in its own frame: duration, for the first one what is left of it [s]; step
-vector, ZMP and DCM offset at landing [m]."""
+
+class PlannedSteps(Record):
+    """The next steps, each in its own frame."""
+
+    duration: Array = field("s", "of the first one what is left of it", shape=MAX_HORIZON)
+    step: Array = field("m", "step vector", shape=(MAX_HORIZON, 2))
+    zmp: Array = field("m", "relative to the support foot", shape=(MAX_HORIZON, 2))
+    offset: Array = field("m", "of the DCM at landing", shape=(MAX_HORIZON, 2))
+
 
 UNLIMITED = (360.0, 1e8)
 """What the program takes for an infinite speed or acceleration of the leg, in its own units."""
@@ -68,7 +68,7 @@ _NUMBERS = (
     "step_weight_x", "step_weight_y", "tau_weight", "zmp_weight_x", "zmp_weight_y",
     "offset_weight_x", "offset_weight_y", "path_weight_x", "path_weight_y", "penalty",
 )  # fmt: skip
-"""What the program is told, in this order."""
+"""The parameters of the program, in this order."""
 
 
 @dataclass(frozen=True)
@@ -104,8 +104,6 @@ class StepSequence:
         zmp_share: how much of the sole the ZMP may use [-].
         max_iterations: of IPOPT; an answer that needs more is none.
 
-    Raises:
-        MissingExtraError: CasADi is not installed.
     """
 
     robot: Robot
@@ -114,31 +112,17 @@ class StepSequence:
     weights: SequenceWeights
     zmp_share: float
     max_iterations: int
-    solver: Any = field(init=False, repr=False, compare=False)
-    fixed: dict[str, float] = field(init=False, repr=False, compare=False)
-    lower: NDArray[np.float64] = field(init=False, repr=False, compare=False)
-    upper: NDArray[np.float64] = field(init=False, repr=False, compare=False)
-    constraint_bounds: tuple[NDArray[np.float64], NDArray[np.float64]] = field(
-        init=False, repr=False, compare=False
-    )
-
-    def __post_init__(self) -> None:
-        solver = _build(self.horizon, self.is_limited, self.max_iterations)
-        lower, upper = self._bounds()
-        for name, value in (
-            ("solver", solver),
-            ("fixed", self._fixed_numbers()),
-            ("lower", lower),
-            ("upper", upper),
-            ("constraint_bounds", self._constraint_bounds()),
-        ):
-            object.__setattr__(self, name, value)
 
     def __reduce__(self) -> Any:
         # A solver cannot travel to another process: it is built there.
         return StepSequence, (
             self.robot, self.gait, self.horizon, self.weights, self.zmp_share, self.max_iterations,
         )  # fmt: skip
+
+    @cached_property
+    def solver(self) -> Any:
+        """IPOPT, compiled for this shape of the program."""
+        return _build(self.horizon, self.is_limited, self.max_iterations)
 
     @property
     def is_limited(self) -> bool:
@@ -166,8 +150,8 @@ class StepSequence:
         return max(limits.step_x[1] - limits.step_x[0], limits.step_y[1] - limits.step_y[0])
 
     def nominal(self, side: Side, elapsed: float) -> NDArray[np.void]:
-        """The steps of the nominal gait from this support on, a `PLANNED_STEPS` record."""
-        plan = np.zeros(1, PLANNED_STEPS)
+        """The steps of the nominal gait from this support on, a `PlannedSteps` record."""
+        plan = new_array(PlannedSteps.DTYPE)
         for k in range(self.horizon):
             own = side if k % 2 == 0 else side.other
             plan["duration"][0, k] = self.gait.step_duration
@@ -192,12 +176,12 @@ class StepSequence:
             elapsed: since touchdown [s].
             dcm: relative to that foot, in world axes (x, y) [m].
             foot: the swing foot, likewise [m].
-            guess: a `PLANNED_STEPS` record to start from.
+            guess: a `PlannedSteps` record to start from.
             foot_velocity: of the swing foot, likewise; it counts where the acceleration is limited
                 [m/s].
 
         Returns:
-            The steps as a `PLANNED_STEPS` record, whether IPOPT found them optimal, and by how much
+            The steps as a `PlannedSteps` record, whether IPOPT found them optimal, and by how much
             the DCM offset at the last landing is outside the viable set [m].
         """
         unit, omega = self.unit, self.gait.omega
@@ -206,7 +190,7 @@ class StepSequence:
         way = _on_grid(_in_own_frame(foot, side), unit)
         speed = _on_grid(_in_own_frame(foot_velocity, side), unit * omega)
         longest = omega * self.robot.gait.step_duration[1]
-        lower, upper = self.lower.copy(), self.upper.copy()
+        lower, upper = (bounds.copy() for bounds in self.bounds)
         lower[0], upper[0] = max(lower[0] - elapsed, 0.0), max(upper[0] - elapsed, 0.0)
         numbers = self.fixed | {
             "growth": float(np.exp(min(elapsed, longest))),
@@ -247,9 +231,9 @@ class StepSequence:
         self, foot: tuple[float, float], velocity: tuple[float, float], left: float
     ) -> dict[str, float]:
         """What the swing foot lacks to the box of steps even if it takes all the time there is."""
-        late = {}
+        late, (low, high) = {}, self.bounds
         for i, axis in enumerate("xy"):
-            away = min(max(foot[i], self.lower[1 + i]), self.upper[1 + i]) - foot[i]
+            away = min(max(foot[i], low[1 + i]), high[1 + i]) - foot[i]
             lacks = max(
                 way - furthest(v, left, *self.leg)
                 for way, v in ((away, velocity[i]), (-away, -velocity[i]))
@@ -258,7 +242,7 @@ class StepSequence:
         return late
 
     def _planned(self, values: NDArray[np.float64]) -> NDArray[np.void]:
-        plan = np.zeros(1, PLANNED_STEPS)
+        plan = new_array(PlannedSteps.DTYPE)
         for k in range(self.horizon):
             of_step = self.unit * values[_PER_STEP * k :][:_PER_STEP]
             plan["duration"][0, k] = values[_PER_STEP * k] / self.gait.omega
@@ -266,7 +250,9 @@ class StepSequence:
             plan["zmp"][0, k], plan["offset"][0, k] = of_step[3:5], of_step[5:7]
         return plan
 
-    def _fixed_numbers(self) -> dict[str, float]:
+    @cached_property
+    def fixed(self) -> dict[str, float]:
+        """The parameters of the program that are the same in all decisions."""
         numbers = {
             "omega": 1.0,
             "max_speed": self.leg[0],
@@ -282,8 +268,9 @@ class StepSequence:
                 numbers[f"{name}_weight_{axis}"] = weight
         return numbers
 
-    def _bounds(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Of the variables, with the whole duration of the first step."""
+    @cached_property
+    def bounds(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Lower and upper ones of the variables, with the whole duration of the first step."""
         limits, free = self.robot.gait, (np.inf, np.inf)
         # Own frames look like the one of right support, whose swing side is the left.
         low, high = np.array(limits.step_box(Side.RIGHT, self.robot.hip)) / self.unit
@@ -293,7 +280,9 @@ class StepSequence:
         upper = [longest, *high, *reach, *free] * self.horizon
         return np.array([*lower, *np.negative(free)]), np.array([*upper, *free])
 
-    def _constraint_bounds(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    @cached_property
+    def constraint_bounds(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Lower and upper ones of the constraints."""
         reach = self.zmp_share * np.array(self.robot.foot.half)
         viable = viable_offsets(self.robot, Side.RIGHT, (float(reach[0]), float(reach[1])))
         flow, late = [0.0] * (2 * self.horizon), 4 * self.horizon if self.is_limited else 0
@@ -341,7 +330,7 @@ def _build(horizon: int, limited: bool, max_iterations: int) -> Any:
         if limited:
             for sign in (1.0, -1.0):
                 velocity, late = (pair("foot_velocity"), pair("lateness")) if k == 0 else (0.0, 0.0)
-                ahead = _furthest(ca, sign * velocity, time, p["max_speed"], p["max_acceleration"])
+                ahead = _max_way(ca, sign * velocity, time, p["max_speed"], p["max_acceleration"])
                 reach.append(sign * (step - came_from) - ahead - late)
         # The next step's own frame has y the other way.
         start = ca.vertcat(offset[0], -offset[1])
@@ -355,7 +344,7 @@ def _build(horizon: int, limited: bool, max_iterations: int) -> Any:
     return ca.nlpsol("step_sequence", "ipopt", program, _options(max_iterations))
 
 
-def _furthest(ca: Any, velocity: Any, time: Any, speed: Any, acceleration: Any) -> Any:
+def _max_way(ca: Any, velocity: Any, time: Any, speed: Any, acceleration: Any) -> Any:
     """`dcm.leg.furthest` as an expression."""
     ramp = (speed - velocity) / acceleration
     ramping = time * (velocity + 0.5 * acceleration * time)

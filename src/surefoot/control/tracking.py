@@ -11,78 +11,74 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
-from surefoot.checks import check_most
 from surefoot.compiled import njit
-from surefoot.control.base import CompiledController
-from surefoot.control.belief import BELIEF, hold, look, mark
-from surefoot.control.cycle import SWING, command_swing, growth_since_touchdown, side_index
-from surefoot.control.defaults import DCM_GAIN
-from surefoot.control.fields import setting
-from surefoot.control.plausibility import GATE, gate_parameters
+from surefoot.control.base import CompiledController, GaitController
+from surefoot.control.cycle import (
+    SwingParameters,
+    end_cycle,
+    growth_since_touchdown,
+    side_index,
+)
+from surefoot.control.defaults import DCM_GAIN, dcm_gain, double_support
+from surefoot.control.fields import filled, setting
+from surefoot.control.plausibility import Gate, gate_parameters
 from surefoot.control.registry import method, variant
+from surefoot.control.validation import Validated, validate
 from surefoot.dcm.dcm_plan import planned_dcm, transition
-from surefoot.dcm.nominal_gait import NominalGait
 from surefoot.dcm.support import nearest_supported
-from surefoot.errors import ParameterError
 from surefoot.geometry import length
-from surefoot.interface import COMMAND, Mode, Status
-from surefoot.record import new_array
+from surefoot.interface import Command, Mode, Status
+from surefoot.record import Array, Record, Vector2, Vector3, field
 from surefoot.robot.feet import Side
-from surefoot.robot.robot import Robot
 
-TRACKING = np.dtype(
-    [
-        ("omega", "f8"),
-        ("zmp_gain", "f8"),
-        ("half_foot", "f8", (2,)),
-        ("step_duration", "f8"),
-        ("next_step_duration", "f8"),
-        ("landing_yaw", "f8"),
-        ("double_support", "f8"),
-        ("start_offset", "f8", (2, 2)),
-        ("step_min", "f8", (2, 2)),
-        ("step_max", "f8", (2, 2)),
-        ("swing", SWING),
-        ("gate", GATE),
-    ],
-)
-"""Parameters of tracking; the first index of a table is the support side, see `side_index`."""
 
-PLAN = np.dtype(
-    [
-        ("start_offset", "f8", (2,)),
-        ("end_offset", "f8", (2,)),
-        ("step", "f8", (2,)),
-        ("came_from", "f8", (2,)),
-        ("step_duration", "f8"),
-        ("growth", "f8"),
-        ("opening_before", "f8"),
-        ("opening_after", "f8"),
-        ("closing_before", "f8"),
-        ("closing_after", "f8"),
-        ("phase", "f8", (3,)),
-        ("steps", "i8"),
-        ("support_side", "i8"),
-        ("closing", "i8"),
-        ("adapting", "i8"),
-    ],
-)
-"""What is remembered of the step under way: planned DCM relative to the support foot at its start
-and to the landing foot at its end, its step vector, and the foot it came from [m]; its planned
-duration [s] and the growth of the DCM in it; how long before and after its first and its last
-instant it shares the load with the other foot [s]; the phase of the swing foot's flight with its
-derivatives [-, 1/s, 1/s^2]; steps so far."""
+class Tracking(Record):
+    """Parameters of tracking; the first index of a table is the support side, see `side_index`."""
 
-TRACKING_STATE = np.dtype([("plan", PLAN), ("belief", BELIEF), ("command", COMMAND)])
+    omega: float = field("1/s", "natural frequency")
+    zmp_gain: float = field("-", "1 + K_f / omega")
+    half_foot: Vector2 = field("m", "how far the ZMP may be from the centre of the sole")
+    step_duration: float = field("s", "of the step under way")
+    next_step_duration: float = field("s", "of the step after it")
+    landing_yaw: float = field("rad", "heading with which the foot lands", default=0.0)
+    double_support: float = field("-", "part of a step for which both feet share the load")
+    start_offset: Array = field("m", "nominal DCM offset after a touchdown", shape=(2, 2))
+    step_min: Array = field("m", "least step vector", shape=(2, 2))
+    step_max: Array = field("m", "largest step vector", shape=(2, 2))
+    swing: SwingParameters = field("", "of the swing foot")
+    gate: Gate = field("", "of observations")
+
+
+class Plan(Record):
+    """What is remembered of the step under way."""
+
+    start_offset: Vector2 = field("m", "planned DCM at its start, relative to the support foot")
+    end_offset: Vector2 = field("m", "and at its end, relative to the landing foot")
+    step: Vector2 = field("m", "from the support foot to the landing")
+    came_from: Vector2 = field("m", "from the support foot to the last one")
+    step_duration: float = field("s", "planned")
+    growth: float = field("-", "of the DCM in that time")
+    opening_before: float = field("s", "of its first transition, before its start")
+    opening_after: float = field("s", "and after it")
+    closing_before: float = field("s", "of its last transition, before its end")
+    closing_after: float = field("s", "and after it")
+    phase: Vector3 = field("-, 1/s, 1/s^2", "of the swing foot's flight, with its derivatives")
+    steps: int = field("", "so far")
+    support_side: int = field("", "which foot is on the ground")
+    closing: int = field("", "1 in its last transition")
+    adapting: int = field("", "1 once the plan has been dropped")
+
+
+class TrackingState(Record):
+    """What a controller remembers that tracks a plan."""
+
+    plan: Plan = field("", "of the step under way")
+    validated: Validated = field("", "the observation")
+    command: Command = field("", "of the last cycle")
+
 
 NO_GAIN = 0.0
-"""For methods that take over the records of tracking, but not its law [1/s]."""
-
-LONGEST_DOUBLE_SUPPORT = 0.6
-"""The largest fraction of a step for which both feet may share the load."""
+"""Of methods that use the plan of tracking, but not its law [1/s]."""
 
 EDGE_TOLERANCE = 1e-11
 """A ZMP that projection moves no further than this part of half a sole was inside; where the sole
@@ -132,19 +128,6 @@ def plan_landing(tracking, observation, plan):
     shared = plan.closing_before > 0.0
     if shared and observation.elapsed >= plan.step_duration - plan.closing_before:
         plan.closing = 1
-
-
-@njit(forceinline=True)
-def keep_box(tracking, observation, command):
-    """Move the landing into the box of steps; a leg that comes short of it there is UNREACHABLE."""
-    row = side_index(observation.support_side)
-    for i in range(2):
-        foot = observation.support_foot[i]
-        step = command.step_location[i] - foot
-        if step < tracking.step_min[row, i]:
-            command.step_location[i] = foot + tracking.step_min[row, i]
-        elif step > tracking.step_max[row, i]:
-            command.step_location[i] = foot + tracking.step_max[row, i]
 
 
 @njit(forceinline=True)
@@ -209,129 +192,106 @@ def plan_step(tracking, state, next_state):
     """Begin the plan at a touchdown, plan the landing, and write planned DCM and ZMP.
 
     Args:
-        tracking: a `TRACKING` record.
+        tracking: a `Tracking` record.
         state: of the cycle before.
-        next_state: of this cycle; its belief already has the observation.
+        next_state: of this cycle, with the observation that was validated.
 
     Returns:
         Whether this is the first cycle of a step; e^(omega t), the growth since the touchdown.
     """
-    next_state.plan = state.plan
-    plan, observation = next_state.plan, next_state.belief.seen
-    new_step = observation.support_side != plan.support_side
-    if new_step:
-        begin_plan(tracking, observation, plan.adapting != 0, plan)
-        plan.adapting = 0
+    new_step, growth = _begin_step(tracking, state, next_state)
+    plan, observation = next_state.plan, next_state.validated.observation
     plan_landing(tracking, observation, plan)
-    growth = growth_since_touchdown(tracking.omega, observation.elapsed)
     follow_plan(tracking, observation, growth, plan, next_state.command)
     return new_step, growth
 
 
 @njit(forceinline=True)
-def end_cycle(tracking, in_the_air, new_step, state, next_state):
-    """Complete the command of a cycle: move the swing foot, and say HELD if something is guessed.
+def plan_or_drop(tracking, threshold, state, next_state):
+    """Like `plan_step`, but a DCM error past the threshold [m] drops the plan until a touchdown."""
+    new_step, growth = _begin_step(tracking, state, next_state)
+    plan, observation = next_state.plan, next_state.validated.observation
+    if plan.adapting == 0:
+        plan_landing(tracking, observation, plan)
+    error = follow_plan(tracking, observation, growth, plan, next_state.command)
+    # A foot that is on the ground already cannot be sent elsewhere.
+    if error >= threshold and plan.closing == 0:
+        plan.adapting = 1
+    return new_step, growth
 
-    Args:
-        tracking: a record with `swing` and `landing_yaw`, such as `TRACKING`.
-        in_the_air: when the foot leaves the ground and when it is back, since touchdown [s].
-        new_step: whether this is the first cycle of a step.
-        state: of the cycle before.
-        next_state: of this cycle; its command already has landing and timing.
-    """
-    command_swing(
-        tracking.swing,
-        next_state.belief.seen,
-        in_the_air,
-        tracking.landing_yaw,
-        state.command,
-        next_state.plan.phase,
-        new_step,
-        next_state.command,
-    )
-    mark(next_state)
+
+@njit(forceinline=True)
+def _begin_step(tracking, state, next_state):
+    """Go on with the plan, or begin it anew at a touchdown; see `plan_step`."""
+    next_state.plan = state.plan
+    plan, observation = next_state.plan, next_state.validated.observation
+    new_step = observation.support_side != plan.support_side
+    if new_step:
+        begin_plan(tracking, observation, plan.adapting != 0, plan)
+        plan.adapting = 0
+    return new_step, growth_since_touchdown(tracking.omega, observation.elapsed)
+
+
+@njit(forceinline=True)
+def track_to_end(tracking, new_step, state, next_state):
+    """The rest of a cycle after `plan_step` that tracks."""
+    plan = next_state.plan
+    track(tracking, next_state.validated.observation, plan, next_state.command)
+    in_the_air = plan.opening_after, plan.step_duration - plan.closing_before
+    end_cycle(tracking, in_the_air, new_step, state, next_state)
 
 
 @njit
 def tracking_cycle(parameters, state, observation, next_state):
     """One cycle of `DcmTracking` over records."""
-    if look(parameters.gate, state, observation, next_state):
-        hold(state, next_state)
-        return
-    track_step(parameters, state, next_state)
-
-
-@njit
-def track_step(parameters, state, next_state):
-    """The cycle of `DcmTracking` on what is believed, `next_state.belief`."""
-    new_step, _ = plan_step(parameters, state, next_state)
-    plan = next_state.plan
-    track(parameters, next_state.belief.seen, plan, next_state.command)
-    in_the_air = plan.opening_after, plan.step_duration - plan.closing_before
-    end_cycle(parameters, in_the_air, new_step, state, next_state)
-
-
-@njit
-def _tracking_step(parameters, state, observation, next_state):
-    tracking_cycle(parameters[0], state[0], observation[0], next_state[0])
-
-
-def check_gain(dcm_gain: float | None, period: float) -> None:
-    """Refuse a gain with which an error would be gone within a control period.
-
-    Raises:
-        ParameterError: it is too large.
-    """
-    if dcm_gain is not None:
-        why = "an error is gone within a period then"
-        check_most("dcm_gain", dcm_gain, 1.0 / period, "1/s", why)
-
-
-def check_double_support(double_support: float) -> None:
-    """Refuse a double support that leaves too little of the step to move the foot in.
-
-    Raises:
-        ParameterError: it is too long.
-    """
-    if double_support > LONGEST_DOUBLE_SUPPORT:
-        raise ParameterError(
-            f"`double_support` of at most {LONGEST_DOUBLE_SUPPORT} of the step",
-            f"{double_support}",
-            "people walk with about 0.2",
-        )
+    if validate(parameters.gate, state, observation, next_state):
+        new_step, _ = plan_step(parameters, state, next_state)
+        track_to_end(parameters, new_step, state, next_state)
 
 
 def tracking_parameters(
-    robot: Robot,
-    gait: NominalGait,
-    dcm_gain: float | None,
-    project_zmp: bool,
-    double_support: float,
-    period: float,
-) -> NDArray[np.void]:
-    """The `TRACKING` record of a robot and a gait, shape (1,); K_f is the robot's own if None."""
-    parameters = new_array(TRACKING)
-    record = parameters[0]
-    record["omega"] = robot.omega
-    record["zmp_gain"] = 1.0 + (DCM_GAIN if dcm_gain is None else dcm_gain / robot.omega)
-    record["half_foot"] = robot.foot.half if project_zmp else (math.inf, math.inf)
-    record["step_duration"] = record["next_step_duration"] = gait.step_duration
-    record["double_support"] = double_support
-    for side in Side:
-        row = side_index.py_func(side)
-        record["start_offset"][row] = gait.start_offset(side)
-        record["step_min"][row], record["step_max"][row] = robot.gait.step_box(side, robot.hip)
-    swing = record["swing"]
-    swing["height"] = robot.swing.height
+    controller: GaitController,
+    *,
+    dcm_gain: float | None = NO_GAIN,
+    project_zmp: bool = True,
+    double_support: float = 0.0,
+) -> Tracking:
+    """The parameters of a controller.
+
+    Args:
+        controller: of which robot, gait and period are read.
+        dcm_gain: K_f, if its ZMP tracks the plan [1/s].
+        project_zmp: whether that stays inside the foot.
+        double_support: fraction of a step for which both feet share the load.
+    """
+    robot, gait, period = controller.robot, controller.gait, controller.period
+    gate, swing = gate_parameters(robot, period), robot.swing
+    # By support side, right first.
+    sides = Side.RIGHT, Side.LEFT
+    boxes = [robot.gait.step_box(side, robot.hip) for side in sides]
     # At the nominal pace, the phase of a flight runs from 0 to 1 in the part of a step that both
     # transitions leave.
     flight = gait.step_duration * (1.0 - double_support)
-    swing["descent"] = robot.swing.landing_velocity * flight
-    swing["max_speed"], swing["period"] = robot.swing.max_speed, period
-    swing["max_acceleration"] = robot.swing.max_acceleration
-    record["gate"] = gate_parameters(robot, period)[0]
-    swing["reach"] = record["gate"]["reach"]
-    return parameters
+    return Tracking(
+        omega=robot.omega,
+        zmp_gain=1.0 + filled(dcm_gain) / robot.omega,
+        half_foot=robot.foot.half if project_zmp else (math.inf, math.inf),
+        step_duration=gait.step_duration,
+        next_step_duration=gait.step_duration,
+        double_support=double_support,
+        start_offset=[gait.start_offset(side) for side in sides],
+        step_min=[low for low, _ in boxes],
+        step_max=[high for _, high in boxes],
+        swing=SwingParameters(
+            height=swing.height,
+            descent=swing.landing_velocity * flight,
+            max_speed=swing.max_speed,
+            max_acceleration=swing.max_acceleration,
+            period=period,
+            reach=gate.reach,
+        ),
+        gate=gate,
+    )
 
 
 @method(
@@ -346,11 +306,7 @@ def tracking_parameters(
 )
 @dataclass(frozen=True)
 class DcmTracking(
-    CompiledController,
-    cycle=tracking_cycle,
-    arrays=_tracking_step,
-    parameters=TRACKING,
-    state=TRACKING_STATE,
+    CompiledController, cycle=tracking_cycle, parameters=Tracking, state=TrackingState
 ):
     """Footsteps as planned; disturbances are met by the ZMP alone.
 
@@ -359,32 +315,23 @@ class DcmTracking(
         ParameterError: another argument is out of range.
     """
 
-    dcm_gain: float | None = setting(
-        None, "1/s", "K_f, rate at which an error decays; 0.857 omega if None",
-        above=0.0, search=(0.5, 100.0),
-    )  # fmt: skip
+    dcm_gain: float | None = dcm_gain("an error decays", search=(0.5, 100.0))
     project_zmp: bool = setting(
         True, "", "keep the ZMP inside the foot; False shows what the law asks for, as the paper's "
         "Figs. 5 and 8 do",
     )  # fmt: skip
-    double_support: float = setting(
-        0.0, "-", "fraction of the step for which both feet share the load, with a smooth plan "
-        "from foot to foot; 0 for none", least=0.0,
-    )  # fmt: skip
+    double_support: float = double_support(
+        "fraction of the step for which both feet share the load, with a smooth plan from foot to "
+        "foot; 0 for none"
+    )
 
-    def check(self) -> None:
-        """Refuse a gain that is too large, and a double support that is too long."""
-        check_gain(self.dcm_gain, self.period)
-        check_double_support(self.double_support)
-
-    def defaults(self) -> dict[str, float]:
-        """K_f."""
-        return {"dcm_gain": DCM_GAIN * self.robot.omega}
-
-    def make_parameters(self) -> NDArray[np.void]:
-        """The `TRACKING` record."""
+    def make_parameters(self) -> Tracking:
+        """Those of the robot and its gait."""
         return tracking_parameters(
-            self.robot, self.gait, self.dcm_gain, self.project_zmp, self.double_support, self.period
+            self,
+            dcm_gain=self.dcm_gain,
+            project_zmp=self.project_zmp,
+            double_support=self.double_support,
         )
 
 

@@ -1,4 +1,4 @@
-"""Footholds that a user gives: where, how turned and when each foot lands, from a file.
+"""Footholds that a user gives: where, in which heading and when each foot lands, from a file.
 
 A table (.csv) or a list (.toml) of rows in the order of time. The first two rows are the feet as
 they stand at the start: the first of them lifts first. Every further row lands at its time.
@@ -26,9 +26,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from surefoot.dcm.frame_turn import rotated
 from surefoot.dcm.nominal_gait import NominalGait
 from surefoot.errors import SurefootError
+from surefoot.geometry import rotated
 from surefoot.robot.feet import Side
 from surefoot.robot.robot import Foot, Robot
 
@@ -128,9 +128,7 @@ def check_footholds(footholds: Sequence[Foothold], robot: Robot, origin: str) ->
 
 def step_in_foot(standing: Foothold, landing: Foothold) -> tuple[float, float]:
     """The step vector in the axes of the foot that stands (x, y) [m]."""
-    cos, sin = math.cos(standing.yaw), math.sin(standing.yaw)
-    x, y = landing.x - standing.x, landing.y - standing.y
-    return cos * x + sin * y, cos * y - sin * x
+    return rotated((landing.x - standing.x, landing.y - standing.y), -standing.yaw)
 
 
 def _check_stance(first: Foothold, second: Foothold, robot: Robot, origin: str) -> None:
@@ -196,8 +194,8 @@ def _check_step(standing: Foothold, landing: Foothold, robot: Robot, where: str)
 
 def _overlap(one: Foothold, two: Foothold, foot: Foot) -> bool:
     """Whether two soles overlap: no side of either separates them."""
-    turn = two.yaw - one.yaw
-    cos, sin = abs(math.cos(turn)), abs(math.sin(turn))
+    angle = two.yaw - one.yaw
+    cos, sin = abs(math.cos(angle)), abs(math.sin(angle))
     # Along its own axes a sole reaches `half`, along those of the other one `half` and `reach`.
     reach = (foot.half[0] * cos + foot.half[1] * sin, foot.half[0] * sin + foot.half[1] * cos)
     for here, there in ((one, two), (two, one)):
@@ -257,11 +255,11 @@ def _toml_rows(text: str, path: Path) -> list[tuple[int, Mapping[str, Any]]]:
 
 def _foothold(row: Mapping[str, Any], line: int, path: Path) -> Foothold:
     where = f"{path}, line {line}"
-    wrong = sorted(set(row) - {*REQUIRED, *OPTIONAL}) or sorted(set(REQUIRED) - set(row))
-    if wrong:
+    unfit = sorted(set(row) - {*REQUIRED, *OPTIONAL}) or sorted(set(REQUIRED) - set(row))
+    if unfit:
         raise FootholdError(
             f"the keys {', '.join((*REQUIRED, *OPTIONAL))}",
-            f"{', '.join(wrong)} unknown or missing ({where})",
+            f"{', '.join(unfit)} unknown or missing ({where})",
             "yaw may be left out, nothing else",
         )
     side = str(row["side"]).strip().upper()

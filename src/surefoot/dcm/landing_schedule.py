@@ -32,7 +32,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from surefoot.compiled import njit
-from surefoot.dcm.leg import arrival, furthest
+from surefoot.dcm.leg import arrival, furthest, reach
 from surefoot.dcm.viable_displacement import (
     BEHIND,
     NODES,
@@ -152,9 +152,9 @@ def _write_tail(tables, tails, period, tail):
 
 
 @njit
-def _displacements(tables, tails, push, schedule, work):
-    """The value of a schedule now, per axis and sign, in `work.found`."""
-    speed, acceleration = tables.max_speed, tables.max_acceleration
+def _displacements(case, schedule):
+    """The value of a schedule now, per axis and sign, in the workspace."""
+    tables, tails, push, work = case
     last, time = schedule.shape[0] - 1, schedule[0]
     _write_tail(tables, tails, schedule[last], work.stages[last % 2])
     for axis in range(2):
@@ -163,9 +163,11 @@ def _displacements(tables, tails, push, schedule, work):
             # Stages take turns in two tables: what comes later is never written over.
             after, now = work.stages[(stage + 1) % 2, axis], work.stages[stage % 2, axis]
             _step_back(tables, after, axis, schedule[stage], now)
-        after, velocity = work.stages[1, axis], push.foot_velocity[axis]
-        least = push.foot[axis] - furthest(-velocity, time, speed, acceleration)
-        most = push.foot[axis] + furthest(velocity, time, speed, acceleration)
+        after = work.stages[1, axis]
+        least, most = reach(
+            push.foot[axis], push.foot_velocity[axis], time, tables.max_speed,
+            tables.max_acceleration,
+        )  # fmt: skip
         for k in range(2):
             sign, later = 1.0 - 2.0 * k, after[k] if axis == 0 else after[1 - k]
             place = _best_place(later, low, spacing, sign)
@@ -175,22 +177,21 @@ def _displacements(tables, tails, push, schedule, work):
 
 
 @njit
-def room_of_schedule(tables, tails, push, schedule, work) -> float:
+def room_of_schedule(case, schedule) -> float:
     """How far the DCM can be moved along the push, if the feet land at these times [m].
 
     Args:
-        tables: a `ViableDisplacement` record.
-        tails: tables of all later steps, for some periods of these, or for no one in particular:
-            shape (periods or 1, 2, 2, nodes) [m].
-        push: a `PushState` record; its duration does not matter.
+        case: a `ViableDisplacement` record; tables of all later steps, for some periods of these,
+            or for no one in particular, shape (periods or 1, 2, 2, nodes) [m]; a `PushState`
+            record, whose duration does not matter; a `Workspace` record.
         schedule: times from landing to landing, the first one from now, and at the end the period
             of all that follow [s].
-        work: a `Workspace` record.
 
     Returns:
         The room; far below 0 if the schedule cannot even hold the axis that is not pushed.
     """
-    _displacements(tables, tails, push, schedule, work)
+    _displacements(case, schedule)
+    tables, _, push, work = case
     most, least, slack = math.inf, 0.0, 0.0
     for axis in range(2):
         ahead = work.found[axis, 0] + push.zmp_reach[axis] - push.offset[axis]
@@ -285,7 +286,7 @@ def _axis_slack(tables, push, axis, schedule, force, work):
         axis: 0 for x, 1 for y.
         schedule: times from landing to landing, the first one from now [s].
     """
-    low, spacing, reach = tables.low[axis], tables.spacing[axis], push.zmp_reach[axis]
+    low, spacing, zmp_reach = tables.low[axis], tables.spacing[axis], push.zmp_reach[axis]
     nodes, count, part = tables.values.shape[2], schedule.shape[0], push.direction[axis]
     speed, acceleration, omega = tables.max_speed, tables.max_acceleration, tables.omega
     pushed, force = part != 0.0, force * abs(part)
@@ -303,21 +304,20 @@ def _axis_slack(tables, push, axis, schedule, force, work):
         decay, way = math.exp(-omega * time), furthest(0.0, time, speed, acceleration)
         shift = force * -math.expm1(-omega * min(max(push.duration - start, 0.0), time))
         ahead, behind = work.stages[(stage + 1) % 2, axis, 0], work.stages[(stage + 1) % 2, axis, 1]
-        most_ahead = _best_place(ahead, low, spacing, sign)
-        most_behind = _best_place(behind, low, spacing, -sign)
+        best_ahead = _best_place(ahead, low, spacing, sign)
+        best_behind = _best_place(behind, low, spacing, -sign)
         if stage == 0:
             foot, velocity = push.foot[axis], push.foot_velocity[axis]
-            least = foot - furthest(-velocity, time, speed, acceleration)
-            most = foot + furthest(velocity, time, speed, acceleration)
+            least, most = reach(foot, velocity, time, speed, acceleration)
             least, most = max(least, window[0]), min(most, window[1])
             offset = sign * push.offset[axis]
-            value = decay * _landing_between(ahead, low, spacing, sign, most_ahead, least, most)
-            slack = min(slack, value - shift + reach - offset)
+            value = decay * _landing_between(ahead, low, spacing, sign, best_ahead, least, most)
+            slack = min(slack, value - shift + zmp_reach - offset)
             if lands_pushed or not pushed:
                 value = decay * _landing_between(
-                    behind, low, spacing, -sign, most_behind, least, most
+                    behind, low, spacing, -sign, best_behind, least, most
                 )
-                slack = min(slack, value + shift + reach + offset)
+                slack = min(slack, value + shift + zmp_reach + offset)
             return slack
         against, now = tables.values[axis, 1 if sign > 0.0 else 0], work.stages[stage % 2, axis]
         left = saved = 0.0
@@ -325,10 +325,10 @@ def _axis_slack(tables, push, axis, schedule, force, work):
             if node == 0 or way < math.inf:
                 foot = BEHIND[axis] * (low + node * spacing)
                 least, most = max(foot - way, window[0]), min(foot + way, window[1])
-                value = _landing_between(ahead, low, spacing, sign, most_ahead, least, most)
+                value = _landing_between(ahead, low, spacing, sign, best_ahead, least, most)
                 left = decay * value - shift
                 if lands_pushed or not pushed:
-                    value = _landing_between(behind, low, spacing, -sign, most_behind, least, most)
+                    value = _landing_between(behind, low, spacing, -sign, best_behind, least, most)
                     saved = decay * value + shift
             now[0, node] = left
             now[1, node] = saved
@@ -338,22 +338,21 @@ def _axis_slack(tables, push, axis, schedule, force, work):
                 now[1, node] = min(saved, end_now) if lands_pushed else end_now
         window[0], window[1] = low, low + spacing * (nodes - 1)
         if going_on:
-            slack = min(slack, _window(now[0], now[1], low, spacing, 2.0 * reach, window))
+            slack = min(slack, _window(now[0], now[1], low, spacing, 2.0 * zmp_reach, window))
         end = start
     return slack
 
 
 @njit
-def causal_slack(tables, tails, push, schedule, force, work):
+def causal_slack(case, schedule, force):
     """How much is left over of the axis that is worst off, if the feet land at these times [m].
 
     Args:
-        tables, tails, work: as of `room_of_schedule`.
-        push: a `PushState` record, which says how long the push lasts and which axes count.
-        schedule: times from landing to landing, the first one from now, and at the end the period
-            of all that follow [s]; all before it may lie in the push, but the last one.
+        case: as of `room_of_schedule`; its push says how long it lasts and which axes count.
+        schedule: likewise; all times may lie in the push, but for the last one and the period.
         force: F / (m omega^2) [m].
     """
+    tables, tails, push, work = case
     count = schedule.shape[0] - 1
     _write_tail(tables, tails, schedule[count], work.tail)
     slack = math.inf
@@ -363,35 +362,28 @@ def causal_slack(tables, tails, push, schedule, force, work):
     return slack
 
 
-@lru_cache(maxsize=16)
 def even_steps(robot: Robot) -> NDArray[np.float64]:
-    """The tables of evenly timed steps for `PERIODS` periods, the more of them the shorter.
-
-    Returns:
-        Tables as `ViableDisplacement.values` for each period, shape (PERIODS, 2, 2, nodes) [m].
-    """
+    """`evenly_timed` for `PERIODS` periods, the more of them the shorter."""
     shortest, longest = robot.gait.step_duration
-    return _evenly_timed(
-        robot, shortest + (longest - shortest) * np.linspace(0.0, 1.0, PERIODS) ** 2
-    )
+    times = shortest + (longest - shortest) * np.linspace(0.0, 1.0, PERIODS) ** 2
+    return evenly_timed(robot, tuple(times.tolist()))
 
 
-@lru_cache(maxsize=16)
-def evenly_timed(robot: Robot, period: float) -> NDArray[np.float64]:
-    """The tables of steps that all last as long, like `ViableDisplacement.values` [m].
+@lru_cache(maxsize=32)
+def evenly_timed(robot: Robot, periods: tuple[float, ...]) -> NDArray[np.float64]:
+    """The tables of steps that all last as long.
 
     Args:
         robot: whose limits hold, but for those of the step duration.
-        period: from landing to landing [s].
+        periods: from landing to landing [s].
+
+    Returns:
+        Tables as `ViableDisplacement.values` for each period, shape (periods, 2, 2, nodes) [m].
 
     Raises:
         RobotError: the leg is too slow to step at all.
     """
-    return _evenly_timed(robot, np.array([period]))[0]
-
-
-def _evenly_timed(robot: Robot, times: NDArray[np.float64]) -> NDArray[np.float64]:
-    values = np.zeros((len(times), 2, 2, NODES))
-    _even_steps(viable_displacement(robot).array[0], times, values)
+    values = np.zeros((len(periods), 2, 2, NODES))
+    _even_steps(viable_displacement(robot).array[0], np.array(periods), values)
     values.flags.writeable = False
     return values

@@ -1,7 +1,8 @@
 """How fast a swing foot gets anywhere: each axis by itself, limited in speed and acceleration.
 
-Forward and sideways motion come from different joints, so the limits hold for x and y apart. A foot
-that lands is stopped by the ground, at whatever speed it comes; one that lifts off starts at rest.
+Forward and sideways motion come from different joints, so the limits hold for x and y separately.
+A foot that lands is stopped by the ground, at whatever speed it comes; one that lifts off starts at
+rest.
 """
 
 from __future__ import annotations
@@ -33,6 +34,13 @@ def furthest(velocity: float, time: float, speed: float, acceleration: float) ->
     if time <= ramp:
         return time * (velocity + 0.5 * acceleration * time)
     return speed * time - 0.5 * (speed - velocity) * ramp
+
+
+@njit(forceinline=True)
+def reach(foot, velocity, time, speed, acceleration):
+    """Least and largest place of a foot along an axis after a time; arguments as of `furthest`."""
+    behind = foot - furthest(-velocity, time, speed, acceleration)
+    return behind, foot + furthest(velocity, time, speed, acceleration)
 
 
 @njit
@@ -82,8 +90,7 @@ def reachable_interval(low, high, foot, velocity, time, speed, acceleration, rou
         Least and largest landing [m], and how fast each moves as the time grows, 0 at an end of the
         interval [m/s].
     """
-    behind = foot - furthest(-velocity, time, speed, acceleration)
-    ahead = foot + furthest(velocity, time, speed, acceleration)
+    behind, ahead = reach(foot, velocity, time, speed, acceleration)
     back_rate = ahead_rate = speed
     if acceleration < math.inf:
         back_rate = min(speed, acceleration * time - velocity)

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,6 +27,25 @@ COARSEST = 0.009
 """No time step is longer [s]."""
 
 Array = NDArray[np.float64]
+
+
+class Mesh(NamedTuple):
+    """How finely states are divided.
+
+    Attributes:
+        time_step: at most, about; the one that nearly divides all times of a case is taken [s].
+        intervals: about so many between nodes of the swing foot, over the step box, if its
+            acceleration is unlimited.
+        levels: speeds of the swing foot from rest to the top, if it is limited; the time step is
+            then no shorter than these need.
+    """
+
+    time_step: float = 0.003
+    intervals: int = 150
+    levels: int = 6
+
+
+USUAL = Mesh()
 
 
 @dataclass(frozen=True)
@@ -55,11 +75,9 @@ class Sweep:
     pushed: int
 
     @classmethod
-    def of(
-        cls, robot: Robot, axis: int, duration: float, reach: float, about: float,
-        intervals: int, levels: int,
-    ) -> Sweep:  # fmt: skip
-        """The nodes for an axis of a robot; arguments as of `limit_grid`."""
+    def of(cls, robot: Robot, axis: int, duration: float, reach: float, mesh: Mesh) -> Sweep:
+        """The nodes for an axis of a robot; arguments as of `limit_grid.force_bounds`."""
+        about, intervals, levels = mesh
         swing, (shortest, longest) = robot.swing, robot.gait.step_duration
         low, high = robot.gait.step_x
         if axis == 1:
@@ -90,6 +108,11 @@ class Sweep:
             reach=reach,
             pushed=round(duration / time_step),
         )
+
+    @property
+    def nodes(self) -> tuple[Array, Array, Array]:
+        """Of the last three axes of a table: times, speeds and feet."""
+        return self.times, self.speeds, self.feet
 
     @property
     def rest(self) -> int:
@@ -167,8 +190,8 @@ class Sweep:
                 if row >= self.first:
                     _raise(table[:, row], self.at_once(landed))
             after = table[:, 0, self.rest]
-            seen = np.isfinite(after)
-            change = float(np.max(np.abs(after[seen] - before[seen])))
+            finite = np.isfinite(after)
+            change = float(np.max(np.abs(after[finite] - before[finite])))
         return table
 
     def at_once(self, landed: Array) -> Array:

@@ -14,62 +14,22 @@ every direction. The policy that steps by it survives all below. Own derivation.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from functools import lru_cache
-from typing import NamedTuple
-
-import numpy as np
+from collections.abc import Callable
+from dataclasses import KW_ONLY, dataclass
+from functools import lru_cache, wraps
+from inspect import signature
+from typing import ParamSpec
 
 from surefoot.checks import check_number, check_pair
 from surefoot.dcm.nominal_gait import NominalGait, nominal_gait
-from surefoot.dcm.pushed_step import PushedStep
+from surefoot.dcm.pushed_step import PushedStep, best_schedule
 from surefoot.dcm.swing_foot import quintic
 from surefoot.errors import ParameterError, VelocityError
 from surefoot.robot.feet import Side
 from surefoot.robot.robot import Robot
 
 _ROUNDING = 1e-9
-
-
-class PushCase(NamedTuple):
-    """A push on the nominal gait, but for its strength and duration; see `push_limit`."""
-
-    robot: Robot
-    gait: NominalGait
-    direction: tuple[float, float]
-    elapsed: float
-    support_side: Side
-    zmp_reach: tuple[float, float]
-
-    def step(self) -> PushedStep:
-        """The step in which the push begins."""
-        state = np.array(gait_in_step(self.gait, self.support_side, self.elapsed))
-        across = (self.direction[0], self.support_side * self.direction[1])
-        return PushedStep(self.robot, state, across, self.zmp_reach, self.elapsed)
-
-
-@lru_cache(maxsize=4096)
-def best_landings(case: PushCase) -> tuple[float, tuple[float, ...]]:
-    """How far the DCM can be moved along the push [m], and the landing times that allow it [s]."""
-    return case.step().best_schedule()
-
-
-@lru_cache(maxsize=4096)
-def causal_share(case: PushCase, duration: float, together: bool) -> float:
-    """Which share of `push_limit` is left if it is not known when the push ends [-]."""
-    if case.elapsed + duration <= case.robot.gait.step_duration[0]:
-        return 1.0
-    step = case.step()
-    if together:
-        room, times = best_landings(case)
-        return step.causal_share(duration, room, times) if room > 0.0 else 1.0
-    rooms = step.axis_rooms()
-    room = min(rooms.values())
-    if room <= 0.0:
-        return 1.0
-    # An axis with much room may be left with less than one that loses nothing.
-    left = [own * step.causal_share(duration, own, alone=axis) for (axis, _), own in rooms.items()]
-    return min(1.0, min(left) / room)
+_P = ParamSpec("_P")
 
 
 @dataclass(frozen=True)
@@ -87,18 +47,79 @@ class ImpulseLimit:
     delta_v: float
 
 
-def push_limit(
-    robot: Robot,
-    direction: tuple[float, float],
-    *,
-    velocity: tuple[float, float] = (0.5, 0.0),
-    elapsed: float = 0.1,
-    duration: float = 0.2,
-    support_side: Side = Side.RIGHT,
-    zmp_reach: tuple[float, float] = (0.0, 0.0),
-    step_duration: float | None = None,
-    together: bool = True,
-) -> ImpulseLimit:
+@dataclass(frozen=True)
+class PushCase:
+    """A push on the nominal gait, but for its strength; arguments and errors as of `push_limit`."""
+
+    robot: Robot
+    direction: tuple[float, float]
+    _: KW_ONLY
+    velocity: tuple[float, float] = (0.5, 0.0)
+    elapsed: float = 0.1
+    duration: float = 0.2
+    support_side: Side = Side.RIGHT
+    zmp_reach: tuple[float, float] = (0.0, 0.0)
+    step_duration: float | None = None
+    together: bool = True
+
+    def __post_init__(self) -> None:
+        _unit(self.direction)
+        check_number("duration", self.duration, 0.0, "s", above=True)
+        check_pair("zmp_reach", self.zmp_reach, 0.0, "m")
+        gait = self.gait
+        check_number("elapsed", self.elapsed, 0.0, "s")
+        if self.elapsed > gait.step_duration:
+            raise ParameterError(
+                f"`elapsed` inside the step, at most {gait.step_duration:.4g} [s]",
+                repr(self.elapsed),
+                "count from the touchdown that began the step under way",
+            )
+        check_leg(self.robot, gait)
+
+    @property
+    def gait(self) -> NominalGait:
+        """What the robot walks before it is pushed."""
+        return nominal_gait(self.robot, self.velocity, self.step_duration)
+
+    @property
+    def step(self) -> PushedStep:
+        """The step in which the push begins."""
+        side, (x, y) = Side(self.support_side), _unit(self.direction)
+        state = gait_in_step(self.gait, side, self.elapsed)
+        return PushedStep(self.robot, state, (x, side * y), self.zmp_reach, self.elapsed)
+
+    def limit(self) -> ImpulseLimit:
+        """See `push_limit`."""
+        step = self.step
+        room = best_schedule(step)[0] if self.together else min(step.axis_rooms().values())
+        impulse = max(impulse_per_offset(self.robot, self.duration) * room, 0.0)
+        return ImpulseLimit(_unit(self.direction), impulse, impulse / self.robot.mass)
+
+    def causal_limit(self) -> ImpulseLimit:
+        """See `causal_push_limit`."""
+        known, share = self.limit(), _causal_share(self.step, self.duration, self.together)
+        return ImpulseLimit(known.direction, share * known.impulse, share * known.delta_v)
+
+
+def _of_push(
+    case: Callable[_P, PushCase],
+) -> Callable[[Callable[[PushCase], ImpulseLimit]], Callable[_P, ImpulseLimit]]:
+    """Let a function of a `PushCase` take the arguments that make one."""
+
+    def decorate(limit: Callable[[PushCase], ImpulseLimit]) -> Callable[_P, ImpulseLimit]:
+        @wraps(limit)
+        def called(*args: _P.args, **kwargs: _P.kwargs) -> ImpulseLimit:
+            return limit(case(*args, **kwargs))
+
+        shown = signature(case).replace(return_annotation="ImpulseLimit")
+        called.__signature__ = shown  # type: ignore[attr-defined]
+        return called
+
+    return decorate
+
+
+@_of_push(PushCase)
+def push_limit(case: PushCase) -> ImpulseLimit:
     """The largest impulse that ANY policy can survive which learns of the push when it starts.
 
     The push acts on the nominal gait: DCM, swing foot and its velocity are what that has at
@@ -126,26 +147,11 @@ def push_limit(
             its gait: then it is not known where the foot is when the push comes.
         RobotError: the leg is too slow to step at all.
     """
-    case = _checked_case(
-        robot, direction, velocity, elapsed, duration, support_side, zmp_reach, step_duration
-    )
-    room = best_landings(case)[0] if together else min(case.step().axis_rooms().values())
-    impulse = max(impulse_per_offset(robot, duration) * room, 0.0)
-    return ImpulseLimit(case.direction, impulse, impulse / robot.mass)
+    return case.limit()
 
 
-def causal_push_limit(
-    robot: Robot,
-    direction: tuple[float, float],
-    *,
-    velocity: tuple[float, float] = (0.5, 0.0),
-    elapsed: float = 0.1,
-    duration: float = 0.2,
-    support_side: Side = Side.RIGHT,
-    zmp_reach: tuple[float, float] = (0.0, 0.0),
-    step_duration: float | None = None,
-    together: bool = True,
-) -> ImpulseLimit:
+@_of_push(PushCase)
+def causal_push_limit(case: PushCase) -> ImpulseLimit:
     """The largest impulse that a policy can survive which does not know when the push ends.
 
     The push has a constant force. At every instant of it the robot has to be viable: both sides of
@@ -160,42 +166,24 @@ def causal_push_limit(
     Returns:
         The limit, never above `push_limit`.
     """
-    known = push_limit(
-        robot, direction, velocity=velocity, elapsed=elapsed, duration=duration,
-        support_side=support_side, zmp_reach=zmp_reach, step_duration=step_duration,
-        together=together,
-    )  # fmt: skip
-    case = _checked_case(
-        robot, direction, velocity, elapsed, duration, support_side, zmp_reach, step_duration
-    )
-    share = causal_share(case, duration, together)
-    return ImpulseLimit(known.direction, share * known.impulse, share * known.delta_v)
+    return case.causal_limit()
 
 
-def _checked_case(
-    robot: Robot,
-    direction: tuple[float, float],
-    velocity: tuple[float, float],
-    elapsed: float,
-    duration: float,
-    support_side: Side,
-    zmp_reach: tuple[float, float],
-    step_duration: float | None,
-) -> PushCase:
-    unit = unit_direction(direction)
-    check_number("duration", duration, 0.0, "s", above=True)
-    check_pair("zmp_reach", zmp_reach, 0.0, "m")
-    gait = nominal_gait(robot, (velocity[0], velocity[1]), step_duration)
-    check_number("elapsed", elapsed, 0.0, "s")
-    if elapsed > gait.step_duration:
-        raise ParameterError(
-            f"`elapsed` inside the step, at most {gait.step_duration:.4g} [s]",
-            repr(elapsed),
-            "count from the touchdown that began the step under way",
-        )
-    check_leg(robot, gait)
-    reach = (float(zmp_reach[0]), float(zmp_reach[1]))
-    return PushCase(robot, gait, unit, elapsed, Side(support_side), reach)
+@lru_cache(maxsize=4096)
+def _causal_share(step: PushedStep, duration: float, together: bool) -> float:
+    """Which share of `push_limit` is left if it is not known when the push ends [-]."""
+    if step.elapsed + duration <= step.robot.gait.step_duration[0]:
+        return 1.0
+    if together:
+        room, times = best_schedule(step)
+        return step.causal_share(duration, room, times) if room > 0.0 else 1.0
+    rooms = step.axis_rooms()
+    room = min(rooms.values())
+    if room <= 0.0:
+        return 1.0
+    # An axis with much room may be left with less than one that loses nothing.
+    left = [own * step.causal_share(duration, own, alone=axis) for (axis, _), own in rooms.items()]
+    return min(1.0, min(left) / room)
 
 
 def check_leg(robot: Robot, gait: NominalGait) -> None:
@@ -229,8 +217,7 @@ def fixed_steps_limit(
 
     Args:
         robot: mass, height and foot.
-        direction: of the push (x, y), of any length but zero.
-        duration: how long the push lasts [s].
+        direction, duration: as of `push_limit`.
 
     Returns:
         The limit.
@@ -238,7 +225,7 @@ def fixed_steps_limit(
     Raises:
         ParameterError: a direction of no length, or a duration that is not positive.
     """
-    unit = unit_direction(direction)
+    unit = _unit(direction)
     check_number("duration", duration, 0.0, "s", above=True)
     room = min(
         half / abs(part) for half, part in zip(robot.foot.half, unit, strict=True) if part != 0.0
@@ -280,7 +267,7 @@ def gait_in_step(
     )
 
 
-def unit_direction(direction: tuple[float, float]) -> tuple[float, float]:
+def _unit(direction: tuple[float, float]) -> tuple[float, float]:
     """The direction at length 1.
 
     Raises:

@@ -15,7 +15,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, lru_cache
 from itertools import product
 
 import numpy as np
@@ -103,19 +103,20 @@ def _change(ways, way, stride, schedule, came_from, change):
 
 
 @njit
-def _shrink(tables, tails, push, bounds, ways, work, schedule):
+def _shrink(case, bounds, ways, schedule):
     """Improve a schedule in place, along many ways and with shrinking strides; its room."""
-    count, stride = schedule.shape[0], STRIDE / tables.omega
+    omega = case[0].omega
+    count, stride = schedule.shape[0], STRIDE / omega
     trial, came_from, change = np.empty(count), np.empty(count), np.empty(count)
-    room = room_of_schedule(tables, tails, push, schedule, work)
-    while stride > FINEST / tables.omega:
+    room = room_of_schedule(case, schedule)
+    while stride > FINEST / omega:
         before = room
         _copy(schedule, came_from)
         for way in range(ways.shape[0] + 1):
             _change(ways, way, stride, schedule, came_from, change)
             while True:
                 _limited(schedule, change, bounds, trial)
-                there = room_of_schedule(tables, tails, push, trial, work)
+                there = room_of_schedule(case, trial)
                 if there <= room:
                     break
                 room = there
@@ -126,7 +127,7 @@ def _shrink(tables, tails, push, bounds, ways, work, schedule):
 
 
 @njit
-def _search(tables, tails, push, bounds, grid, ways, work, starts):
+def _search(case, bounds, grid, ways, starts):
     """The room of the best schedule, and that; from these starts and the best of the grid."""
     count = bounds.shape[0]
     best, schedule, trial = -math.inf, np.empty(count), np.empty(count)
@@ -136,14 +137,14 @@ def _search(tables, tails, push, bounds, grid, ways, work, starts):
         for stage in range(count):
             least, most = bounds[stage]
             trial[stage] = least + grid[point, stage] * (most - least)
-        room = room_of_schedule(tables, tails, push, trial, work)
+        room = room_of_schedule(case, trial)
         # Points of one first time follow each other: of these the best one counts.
         place = point * STARTS // grid.shape[0]
         if room > rooms[place]:
             rooms[place] = room
             _copy(trial, starts[given + place])
     for start in range(starts.shape[0]):
-        room = _shrink(tables, tails, push, bounds, ways, work, starts[start])
+        room = _shrink(case, bounds, ways, starts[start])
         if room > best:
             best = room
             _copy(starts[start], schedule)
@@ -157,13 +158,12 @@ def _largest_force(case, schedule, least, slack, most):
     Secants, since what is left over is linear piece by piece; each with a bisection after it.
 
     Args:
-        case: tables, tails, push and workspace of `causal_slack`.
+        case: as of `causal_slack`.
         schedule: its times [s].
         least, slack: a force that it survives, and what is left over of that [m].
         most: no larger one is of interest [m].
     """
-    tables, tails, push, work = case
-    over = causal_slack(tables, tails, push, schedule, most, work)
+    over = causal_slack(case, schedule, most)
     if over >= 0.0:
         return most
     accuracy = TOLERANCE * most
@@ -172,7 +172,7 @@ def _largest_force(case, schedule, least, slack, most):
             force = 0.5 * (least + most)
             if guess == 0:
                 force = least + (most - least) * min(max(slack / (slack - over), 0.01), 0.99)
-            there = causal_slack(tables, tails, push, schedule, force, work)
+            there = causal_slack(case, schedule, force)
             if abs(there) <= ROUNDING * most:
                 return force
             if there >= 0.0:
@@ -185,10 +185,9 @@ def _largest_force(case, schedule, least, slack, most):
 @njit
 def _first_force(case, schedule, least, most):
     """The same if `least` need not be survived; -1 if nothing above it is [m]."""
-    tables, tails, push, work = case
     for part in range(FORCES):
         force = most - (most - least) * (part / FORCES)
-        slack = causal_slack(tables, tails, push, schedule, force, work)
+        slack = causal_slack(case, schedule, force)
         if slack >= 0.0:
             return _largest_force(
                 case, schedule, force, slack, min(force + (most - least) / FORCES, most)
@@ -205,25 +204,25 @@ def _climb(case, bounds, ways, schedule, force, most):
     Returns:
         The largest force that any of the schedules has survived, at least `force` [m].
     """
-    tables, tails, push, work = case
-    count, stride = schedule.shape[0], STRIDE / tables.omega
+    omega = case[0].omega
+    count, stride = schedule.shape[0], STRIDE / omega
     trial, came_from, change = np.empty(count), np.empty(count), np.empty(count)
-    slack = causal_slack(tables, tails, push, schedule, force, work)
-    while stride > CAUSAL_FINEST / tables.omega and force < most:
+    slack = causal_slack(case, schedule, force)
+    while stride > CAUSAL_FINEST / omega and force < most:
         improved = False
         _copy(schedule, came_from)
         for way in range(ways.shape[0] + 1):
             _change(ways, way, stride, schedule, came_from, change)
             while True:
                 _limited(schedule, change, bounds, trial)
-                there = causal_slack(tables, tails, push, trial, force, work)
+                there = causal_slack(case, trial, force)
                 if there <= slack + TOLERANCE * most:
                     break
                 improved, slack = True, there
                 _copy(trial, schedule)
                 if slack > 0.0:
                     force = _largest_force(case, schedule, force, slack, most)
-                    slack = causal_slack(tables, tails, push, schedule, force, work)
+                    slack = causal_slack(case, schedule, force)
         if not improved:
             stride *= 0.5
     return force
@@ -280,7 +279,7 @@ class PushedStep:
     """
 
     robot: Robot
-    state: NDArray[np.float64]
+    state: tuple[tuple[float, float], tuple[float, float], tuple[float, float]]
     direction: tuple[float, float]
     zmp_reach: tuple[float, float]
     elapsed: float
@@ -294,50 +293,27 @@ class PushedStep:
         for axis, part in enumerate(self.direction):
             if part != 0.0:
                 sign = 1 if part > 0.0 else -1
-                offset, foot, velocity = (float(row) for row in self.state[:, axis])
+                offset, foot, velocity = (row[axis] for row in self.state)
                 value = tables.in_step(axis, sign, foot, self.elapsed, velocity)
                 room = value + self.zmp_reach[axis] - sign * offset
                 rooms[axis, sign] = room / abs(part)
         return rooms
 
     def room(
-        self, schedule: Sequence[float] | NDArray[np.float64], *, apart: bool = False
+        self, schedule: Sequence[float] | NDArray[np.float64], *, own_times: bool = False
     ) -> float:
         """The room if both axes land at these times [m].
 
         Args:
             schedule: times from landing to landing, the first one from now, and at the end the
                 period of all that follow [s].
-            apart: after these landings each axis goes by its own best times, and the period does
-                not count: the room is then at least that of every schedule that begins like this.
+            own_times: after these landings each axis goes by its own best times, and the period
+                does not count: no schedule that begins like this has more room.
 
         Returns:
             The room; far below 0 if an axis falls in any case.
         """
-        *case, work = self._case(apart)
-        return float(room_of_schedule(*case, np.array(schedule, float), work))
-
-    def best_schedule(self) -> tuple[float, tuple[float, ...]]:
-        """The landing times that leave the most room.
-
-        Returns:
-            The room [m], negative if no schedule keeps the robot even unpushed; the times from
-            landing to landing, the first one from now and the last one for all that follow [s].
-        """
-        count = LANDINGS + 1
-        enough, starts = min(self.axis_rooms().values()), []
-        for own in self._own_schedules(OWN_LANDINGS + 1):
-            if self.room(own, apart=True) > enough - TABLE_ERROR * abs(enough):
-                return enough, tuple(own.tolist())
-            starts.append(own[:count])
-        *case, work = self._case()
-        bounds = np.full((count, 2), self.robot.gait.step_duration)
-        bounds[0] = np.maximum(bounds[0] - self.elapsed, 0.0)
-        room, times = _search(
-            *case, bounds, _grid(count), _ways(count, 8 * count), work,
-            np.array(starts + starts[:1] * STARTS),
-        )  # fmt: skip
-        return min(float(room), enough), tuple(times.tolist())
+        return float(room_of_schedule(self.case(own_times), np.array(schedule, float)))
 
     def causal_share(
         self, duration: float, room: float, times: tuple[float, ...] = (), alone: int = BOTH
@@ -352,13 +328,12 @@ class PushedStep:
         """
         bounds = self._causal_bounds(duration)
         count, omega = len(bounds), self.robot.omega
-        own = list(self._own_schedules(count, alone))
+        own = list(self.own_schedules(count, alone))
         best = np.array([*times, *times[-1:] * count][:count]) if times else own[0]
         most = room / -math.expm1(-omega * duration)
-        *apart, work = self._case(True, duration, alone)
-        if causal_slack(*apart, best, most, work) >= -TABLE_ERROR * room:
+        if causal_slack(self.case(True, duration, alone), best, most) >= -TABLE_ERROR * room:
             return 1.0
-        case = self._case(alone != BOTH, duration, alone)
+        case = self.case(alone != BOTH, duration, alone)
         latest = min(max(duration, bounds[0, 0]), bounds[0, 1])
         starts = []
         for schedule in (best, *own):
@@ -378,17 +353,17 @@ class PushedStep:
         bounds[0] = first, max(longest - self.elapsed, 0.0)
         return bounds
 
-    def _own_schedules(self, count: int, alone: int = BOTH) -> Iterator[NDArray[np.float64]]:
+    def own_schedules(self, count: int, alone: int = BOTH) -> Iterator[NDArray[np.float64]]:
         """The landing times that each pushed axis would choose, of those that count [s]."""
-        tables, _, push, _ = self._case(True)
+        tables, _, push, _ = self.case(True)
         for axis, part in enumerate(self.direction):
             if part != 0.0 and alone in (BOTH, axis):
                 schedule = np.empty(count)
                 own_schedule(tables, push, axis, 0 if part > 0.0 else 1, schedule)
                 yield schedule
 
-    def _case(
-        self, apart: bool = False, duration: float = 0.0, alone: int = BOTH
+    def case(
+        self, own_times: bool = False, duration: float = 0.0, alone: int = BOTH
     ) -> tuple[np.void, NDArray[np.float64], np.void, np.void]:
         """Tables, tails, push and workspace, as the kernels take them."""
         tables, (offset, foot, velocity) = viable_displacement(self.robot), self.state
@@ -396,5 +371,26 @@ class PushedStep:
             offset=offset, foot=foot, foot_velocity=velocity, direction=self.direction,
             zmp_reach=self.zmp_reach, elapsed=self.elapsed, duration=duration, alone=alone,
         )  # fmt: skip
-        tails = tables.values[np.newaxis] if apart else even_steps(self.robot)
+        tails = tables.values[np.newaxis] if own_times else even_steps(self.robot)
         return tables.array[0], tails, push.array[0], new_array(Workspace.DTYPE)[0]
+
+
+@lru_cache(maxsize=4096)
+def best_schedule(step: PushedStep) -> tuple[float, tuple[float, ...]]:
+    """The landing times that leave the most room.
+
+    Returns:
+        The room [m], negative if no schedule keeps the robot even unpushed; the times from
+        landing to landing, the first one from now and the last one for all that follow [s].
+    """
+    count = LANDINGS + 1
+    enough, starts = min(step.axis_rooms().values()), []
+    for own in step.own_schedules(OWN_LANDINGS + 1):
+        if step.room(own, own_times=True) > enough - TABLE_ERROR * abs(enough):
+            return enough, tuple(own.tolist())
+        starts.append(own[:count])
+    bounds = np.full((count, 2), step.robot.gait.step_duration)
+    bounds[0] = np.maximum(bounds[0] - step.elapsed, 0.0)
+    starts = np.array(starts + starts[:1] * STARTS)
+    room, times = _search(step.case(), bounds, _grid(count), _ways(count, 8 * count), starts)
+    return min(float(room), enough), tuple(times.tolist())

@@ -14,10 +14,20 @@ from numpy.typing import NDArray
 
 from surefoot.compiled import njit
 from surefoot.errors import ParameterError
+from surefoot.record import Record, Vector2, field
 from surefoot.robot.feet import Side
 
-PUSH = np.dtype([("start", "f8"), ("end", "f8"), ("force", "f8", (2,))])
-"""One push as a record: start and end [s], force (x, y) [N]."""
+
+class PushRecord(Record):
+    """A push as kernels read it."""
+
+    start: float = field("s", "when it begins")
+    end: float = field("s", "when it ends")
+    force: Vector2 = field("N", "(x, y)")
+
+
+PUSH = PushRecord.DTYPE
+"""The same for kernels, which know no classes."""
 
 DIRECTIONS = {"forward": 0.0, "outward": 90.0, "back": 180.0, "inward": 270.0}
 """The four directions in which studies push, by name [deg]; see `push_direction`."""

@@ -145,8 +145,9 @@ def axis_kinks(axis):
 
 
 @njit(forceinline=True)
-def _slope_of_value(tau, tau_weight, nominal_tau, growth_x, growth_y, x_axis, y_axis):
+def _slope_of_value(tau, case):
     """First and second derivative of the value over tau, and the number of the linear piece."""
+    tau_weight, nominal_tau, growth_x, growth_y, x_axis, y_axis = case
     _, _, pull_x, slope_x, piece_x = solve_axis(growth_x * tau, x_axis)
     _, _, pull_y, slope_y, piece_y = solve_axis(growth_y * tau, y_axis)
     gradient = tau_weight * (tau - nominal_tau) + growth_x * pull_x + growth_y * pull_y
@@ -155,33 +156,24 @@ def _slope_of_value(tau, tau_weight, nominal_tau, growth_x, growth_y, x_axis, y_
 
 
 @njit
-def _bisect_kinks(
-    bracket, evaluations, tau_weight, nominal_tau, growth_x, growth_y, x_axis, y_axis
-):
+def _bisect_kinks(low, high, evaluations, case):
     """`best_tau` from a bracket: cut it at every kink inside, until it holds one piece only.
 
     A function of its own: it is rarely needed, and too long to be compiled into its caller.
     """
-    low, high = bracket
+    _, _, growth_x, growth_y, x_axis, y_axis = case
     kinks_x, kinks_y = axis_kinks(x_axis), axis_kinks(y_axis)
     for i in range(8):
         kink = kinks_x[i] / growth_x if i < 4 else kinks_y[i - 4] / growth_y
         if low < kink < high:
             evaluations += 1
-            if (
-                _slope_of_value(kink, tau_weight, nominal_tau, growth_x, growth_y, x_axis, y_axis)[
-                    0
-                ]
-                < 0.0
-            ):
+            if _slope_of_value(kink, case)[0] < 0.0:
                 low = kink
             else:
                 high = kink
     tau, previous = 0.5 * (low + high), -1
     for _ in range(2):
-        gradient, curvature, piece = _slope_of_value(
-            tau, tau_weight, nominal_tau, growth_x, growth_y, x_axis, y_axis
-        )
+        gradient, curvature, piece = _slope_of_value(tau, case)
         evaluations += 1
         # The second time removes the rounding of the first, but not where the root is a kink: the
         # piece behind it may be all but flat, and rounding would send tau to its other end.
@@ -192,17 +184,19 @@ def _bisect_kinks(
 
 
 @njit
-def best_tau(low, high, tau_weight, nominal_tau, growth_x, growth_y, x_axis, y_axis):
+def best_tau(low, high, case):
     """The minimiser over tau in [low, high], and how often the derivative was evaluated.
 
     Newton's method ends at once when two iterates share a linear piece, which is the rule. If it
     wanders, the bracket it leaves is cut at every kink inside, until it holds one piece only.
+
+    Args:
+        low, high: of tau.
+        case: weight and nominal value of tau, growth A and B, and both axes.
     """
-    tau, previous, evaluations = min(max(nominal_tau, low), high), -1, 0
+    tau, previous, evaluations = min(max(case[1], low), high), -1, 0
     while evaluations < NEWTON_STEPS:
-        gradient, curvature, piece = _slope_of_value(
-            tau, tau_weight, nominal_tau, growth_x, growth_y, x_axis, y_axis
-        )
+        gradient, curvature, piece = _slope_of_value(tau, case)
         evaluations += 1
         if gradient < 0.0:
             low = tau
@@ -212,10 +206,7 @@ def best_tau(low, high, tau_weight, nominal_tau, growth_x, growth_y, x_axis, y_a
             # On the same line as the iterate before: what is left is rounding.
             return min(max(tau - gradient / curvature, low), high), evaluations
         tau, previous = min(max(tau - gradient / curvature, low), high), piece
-
-    return _bisect_kinks(
-        (low, high), evaluations, tau_weight, nominal_tau, growth_x, growth_y, x_axis, y_axis
-    )
+    return _bisect_kinks(low, high, evaluations, case)
 
 
 @njit(forceinline=True)
@@ -285,9 +276,8 @@ def solve_step_record(problem, growth_x, growth_y, tau_now, solution):
     if tau_low > tau_high:
         tau_high = tau_low
         status |= _NO_TIME_LEFT
-    tau, evaluations = best_tau(
-        tau_low, tau_high, tau_weight, problem.nominal_tau, growth_x, growth_y, x_axis, y_axis
-    )
+    case = (tau_weight, problem.nominal_tau, growth_x, growth_y, x_axis, y_axis)
+    tau, evaluations = best_tau(tau_low, tau_high, case)
     solution.status, solution.iterations = status, evaluations
     write_solution(problem, x_axis, y_axis, growth_x, growth_y, tau, solution)
 

@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from surefoot.dcm.frame_turn import rotated
-from surefoot.dcm.leg import furthest
+from surefoot.dcm.leg import reach
+from surefoot.geometry import rotated
 from surefoot.robot.feet import Side
 from surefoot.robot.robot import Robot
 
@@ -118,16 +118,15 @@ def viable_landings(robot: Robot, observation: Any, command: Any) -> NDArray[np.
     offsets = viable_offsets(robot, side, robot.foot.half)
     low, high = end - offsets.upper, end - offsets.lower
     box = np.array(robot.gait.step_box(side, robot.hip))
-    speed, most = robot.swing.max_speed, robot.swing.max_acceleration
+    limits = robot.swing.max_speed, robot.swing.max_acceleration
     for axis in range(2):
-        ahead = furthest(velocity[axis], left, speed, most)
-        behind = furthest(-velocity[axis], left, speed, most)
-        low[axis] = max(low[axis], box[0, axis], swing[axis] - behind)
-        high[axis] = min(high[axis], box[1, axis], swing[axis] + ahead)
+        least, most = reach(swing[axis], velocity[axis], left, *limits)
+        low[axis] = max(low[axis], box[0, axis], least)
+        high[axis] = min(high[axis], box[1, axis], most)
     return np.array([low, high])
 
 
-def fall_distance(robot: Robot, believed: Robot | None = None) -> float:
+def fall_distance(robot: Robot, known: Robot | None = None) -> float:
     """How far the DCM can be from the support foot at most, if it can still be saved [m].
 
     With the DCM e from the foot that stands, a step s after a time T leaves
@@ -148,14 +147,14 @@ def fall_distance(robot: Robot, believed: Robot | None = None) -> float:
 
     Args:
         robot: that is moved, whatever its leg can do.
-        believed: the one that its controller believes in, if that is another: its steps count too.
+        known: the one that its controller knows, if that is another: its steps count too.
     """
     own = _farthest(robot)
-    if believed is None:
+    if known is None:
         return own
     # What the controller steps like, with the pendulum and the trunk that are there.
     moved = {name: getattr(robot, name) for name in ("mass", "com_height", "gravity", "trunk")}
-    return max(own, _farthest(believed.replace(**moved)))
+    return max(own, _farthest(known.replace(**moved)))
 
 
 def _farthest(robot: Robot) -> float:

@@ -9,10 +9,11 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
-from surefoot.live.figure import GHOST, rgb
+from surefoot.live.figure import GHOST
 from surefoot.robot.multibody import Multibody
 from surefoot.rollout.snapshot import Snapshot
-from surefoot.show.off_screen import shown_groups
+from surefoot.show.palette import rgb
+from surefoot.show.scene import shown_groups
 
 DARKEST = 60
 """Mean of red, green and blue of a shape, so that a black robot shows its joints."""
@@ -21,7 +22,7 @@ _KINDS = mujoco.mjtGeom
 
 
 class BodyFigure:
-    """The looks of a mechanism, or its legs and soles where looks are missing.
+    """The visual shapes of a mechanism, and its legs and soles where these are missing.
 
     Args:
         scene: of viser.

@@ -12,6 +12,7 @@ from surefoot.robot.feet import Side
 from surefoot.robot.robot import Robot
 from surefoot.rollout.snapshot import Snapshot
 from surefoot.show import palette
+from surefoot.show.palette import rgb
 
 BONE, JOINT = 0.022, 0.032
 """Radius of bones and joints [m]."""
@@ -20,11 +21,10 @@ THICK = 0.03
 """A sole [m]."""
 
 LINK = 0.62
-"""Length of thigh and shank, of the height of the CoM [-]: a leg that flies out is not torn."""
+"""Length of thigh and shank, of the height of the CoM [-]: long enough for the longest steps."""
 
 SIDES = (Side.LEFT, Side.RIGHT)
 """In the order of `Snapshot.soles`."""
-
 
 GHOST = "#8a8f98"
 """Colour of the second walk."""
@@ -50,7 +50,7 @@ class Figure(Protocol):
 class PointFigure:
     """Pelvis, legs with knees, and soles.
 
-    The pendulum has none of them but the soles: they are drawn so that it looks like who it is for.
+    The pendulum itself has only soles: the rest is drawn to show the robot that it stands for.
 
     Args:
         scene: of viser.
@@ -115,12 +115,6 @@ class PointFigure:
     def remove(self) -> None:
         """Leave the scene."""
         self._root.remove()
-
-
-def rgb(colour: str) -> tuple[int, int, int]:
-    """Of "#rrggbb", from 0 to 255."""
-    red, green, blue = (int(colour[i : i + 2], 16) for i in (1, 3, 5))
-    return red, green, blue
 
 
 def about_z(yaw: float) -> Quaternion:

@@ -5,27 +5,31 @@ from __future__ import annotations
 import html
 import math
 import threading
-import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import viser
-from numpy.typing import NDArray
 
 from surefoot.dcm.nominal_gait import NominalGait, nominal_gait
 from surefoot.errors import FileError, SurefootError
-from surefoot.live.page import FRAME, MAX_BEHIND
+from surefoot.live.page import let_time_pass, set_camera
 from surefoot.live.panels import Layers, dock_panels, framed
 from surefoot.live.run import REMEMBERED
-from surefoot.live.server import look_from
 from surefoot.live.stage import MakeFigure, Stage
 from surefoot.live.story import SAMPLING, Sample, Story, sample_of
 from surefoot.robot.robot import Robot
 from surefoot.rollout.rollout import Rollout
 from surefoot.rollout.snapshot import Snapshot, snapshot_of
-from surefoot.show.stances import acting_pushes, gait_at, heading_at, own_velocity
+from surefoot.show.stances import (
+    Commanded,
+    acting_pushes,
+    command_at,
+    commanded,
+    gait_at,
+    heading_at,
+)
 
 PER_FRAME = 2
 """Scenes from one picture of a file to the next."""
@@ -54,10 +58,11 @@ class Scenes:
 
     Attributes:
         rollout: the walk.
-        robot: the point mass that its controller believed in.
+        robot: the point mass that its controller planned for.
         cycles: of the scenes, shape (n,).
         sentences: what happens, one for each scene.
         samples: for the charts, likewise.
+        durations: of a nominal step, likewise [s].
     """
 
     rollout: Rollout
@@ -65,9 +70,10 @@ class Scenes:
     cycles: np.ndarray
     sentences: tuple[str, ...]
     samples: tuple[Sample, ...]
+    durations: tuple[float, ...]
 
     def snapshot(self, scene: int) -> Snapshot:
-        """What there is to see."""
+        """What is drawn of it."""
         return snapshot_of(self.rollout, int(self.cycles[scene]))
 
     def at(self, time: float) -> int:
@@ -75,55 +81,44 @@ class Scenes:
         times = self.rollout.time[self.cycles]
         return max(int(np.searchsorted(times, time + 1e-9, side="right")) - 1, 0)
 
-    def gait(self, scene: int) -> NominalGait:
-        """Nominal, for the velocity that was commanded then."""
-        return _gait(self.rollout, self.robot, float(self.rollout.time[self.cycles[scene]]))
-
 
 def scenes_of(rollout: Rollout) -> Scenes:
     """The scenes of a walk, the last cycle among them."""
     robot = rollout.robot if rollout.body is None else rollout.body.believed
     times = np.arange(rollout.time[0], rollout.time[-1], SAMPLING)
     cycles = np.unique(np.append(np.searchsorted(rollout.time, times), len(rollout.time) - 1))
-    first = float(rollout.time[0])
-    story = Story(_gait(rollout, robot, first), rollout.robot, _velocity(rollout, first))
-    pending = sorted(acting_pushes(rollout), key=lambda push: push.start)
-    sentences, samples, before = [], [], 0
+    commands, first = commanded(rollout), float(rollout.time[0])
+    gait = _gait(rollout, robot, commands, first)
+    story = Story(gait, rollout.robot, command_at(commands, first).velocity)
+    pending = acting_pushes(rollout)
+    sentences, samples, durations, before = [], [], [], 0
     for cycle in cycles:
         snapshot = snapshot_of(rollout, int(cycle))
         while pending and pending[0].start <= snapshot.time:
             push = pending.pop(0)
-            then = snapshot_of(rollout, max(int(np.searchsorted(rollout.time, push.start)) - 1, 0))
-            yaw = float(then.observation["support_yaw"])
-            story.pushed(push, math.atan2(push.force[1], push.force[0]) - yaw, then)
-        now = snapshot.time
-        story.watch(snapshot, _gait(rollout, robot, now), _velocity(rollout, now))
+            before_it = max(int(np.searchsorted(rollout.time, push.start)) - 1, 0)
+            story.pushed(push, snapshot_of(rollout, before_it))
+        gait = _gait(rollout, robot, commands, snapshot.time)
+        story.watch(snapshot, gait, command_at(commands, snapshot.time).velocity)
         if rollout.fallen and cycle == cycles[-1]:
             story.fell(rollout)
         sentences.append(story.sentence)
+        durations.append(gait.step_duration)
         slowest = float(rollout.decision_time[before : cycle + 1].max())
         samples.append(sample_of(snapshot, slowest))
         before = int(cycle)
-    return Scenes(rollout, robot, cycles, tuple(sentences), tuple(samples))
+    of_scenes = tuple(sentences), tuple(samples), tuple(durations)
+    return Scenes(rollout, robot, cycles, *of_scenes)
 
 
-def _gait(rollout: Rollout, robot: Robot, time: float) -> NominalGait:
+def _gait(rollout: Rollout, robot: Robot, commands: list[Commanded], time: float) -> NominalGait:
+    """Nominal, for the velocity that was commanded at a time [s]; in place if it has none."""
     if rollout.body is None and heading_at(rollout, time) == 0.0:
         return gait_at(rollout, time) or nominal_gait(robot, (0.0, 0.0))
     try:
-        return nominal_gait(robot, _velocity(rollout, time))
+        return nominal_gait(robot, command_at(commands, time).velocity)
     except SurefootError:
         return nominal_gait(robot, (0.0, 0.0))
-
-
-def _velocity(rollout: Rollout, time: float) -> tuple[float, float]:
-    """The one that was commanded last, in the robot's own heading [m/s]."""
-    commanded = [velocity for start, velocity in rollout.velocities if start <= time]
-    velocity = commanded[-1] if commanded else rollout.velocities[0][1]
-    # That of a point mass is kept in the world's frame.
-    return (
-        velocity if rollout.body is not None else own_velocity(velocity, heading_at(rollout, time))
-    )
 
 
 class ReplayPage:
@@ -137,7 +132,7 @@ class ReplayPage:
 
     def __init__(self, server: viser.ViserServer, scenes: Scenes, figure: MakeFigure) -> None:
         self._server, self._scenes, self._lock = server, scenes, threading.Lock()
-        look_from(server)
+        set_camera(server)
         gui, times = server.gui, scenes.rollout.time
         self._sentence = gui.add_html(framed(scenes.sentences[0]))
         with gui.add_folder("Time"):
@@ -147,7 +142,7 @@ class ReplayPage:
             self.play = gui.add_button("Pause", hint="key: space")
             self.pace = gui.add_slider("speed [x]", 0.05, 2.0, 0.05, 1.0)
         self.playing, self._shown = True, -1
-        # The slider tells every tab where it is; only a tab that moves it has an identity.
+        # Every tab is sent the position of the slider; only one that moved it has an identity.
         self.time.on_update(
             lambda event: None if event.client_id is None else self._put(float(self.time.value))
         )
@@ -156,7 +151,7 @@ class ReplayPage:
         layers = Layers(gui)
         self.charts = dock_panels(server, "Up to now")
         self.stage = Stage(server.scene, layers.shown)
-        self.stage.cast(scenes.robot, figure, None)
+        self.stage.put(scenes.robot, figure, None)
 
     def _toggle(self) -> None:
         with self._lock:
@@ -173,18 +168,14 @@ class ReplayPage:
         Args:
             on: asked before every picture whether to go on.
         """
-        times, last = self._scenes.rollout.time, time.monotonic()
-        while on():
-            now = time.monotonic()
-            passed, last = min(now - last, MAX_BEHIND), now
-            if self.playing:
-                self._go_on(passed * float(self.pace.value), times)
-            self.draw()
-            time.sleep(max(FRAME - (time.monotonic() - now), 0.001))
+        let_time_pass(self._go_on, self.draw, on)
 
-    def _go_on(self, seconds: float, times: NDArray[np.float64]) -> None:
+    def _go_on(self, seconds: float) -> None:
+        if not self.playing:
+            return
+        times = self._scenes.rollout.time
         with self._lock:
-            at = self._at + seconds
+            at = self._at + seconds * float(self.pace.value)
             self._at = float(times[0]) if at > times[-1] else at
         self.time.value = round(SAMPLING * round(self._at / SAMPLING), 2)
 
@@ -202,7 +193,7 @@ class ReplayPage:
         if scene % 6 == 0 or not self.playing:
             first = max(scene - round(REMEMBERED / SAMPLING), 0)
             samples = scenes.samples[first : scene + 1]
-            self.charts.show(samples, scenes.robot, scenes.gait(scene).step_duration)
+            self.charts.show(samples, scenes.robot, scenes.durations[scene])
 
 
 def write_page(
@@ -226,9 +217,9 @@ def write_page(
     Raises:
         FileError: it cannot be written.
     """
-    look_from(server)
+    set_camera(server)
     stage = Stage(server.scene, lambda _: True)
-    stage.cast(scenes.robot, figure, None)
+    stage.put(scenes.robot, figure, None)
     # It begins with its end, so that what is the same in all of it is said once after the start.
     stage.show(scenes.snapshot(len(scenes.cycles) - 1), None)
     recording = server.get_scene_serializer()

@@ -10,7 +10,7 @@ import threading
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from surefoot.dcm.pushes import Push
 from surefoot.errors import SurefootError
@@ -18,7 +18,7 @@ from surefoot.live.story import SAMPLING, Sample, Story, sample_of
 from surefoot.rollout.rollout import Rollout
 from surefoot.rollout.snapshot import Snapshot
 from surefoot.worlds.steering import Steering
-from surefoot.worlds.walk import Walk
+from surefoot.worlds.world import World
 
 PUSH_DURATION = 0.2
 """Of every push, as everywhere [s]."""
@@ -51,16 +51,16 @@ class Choice:
 
 
 class View(NamedTuple):
-    """One instant of a run: who walks, since which cast, and what there is to see of both."""
+    """One instant of a run: how often walks were made anew, both walks, and their instants."""
 
-    casts: int
-    walk: Walk[Any]
-    ghost: Walk[Any] | None
-    seen: Snapshot
-    ghost_seen: Snapshot | None
+    generation: int
+    walk: World
+    ghost: World | None
+    snapshot: Snapshot
+    ghost_snapshot: Snapshot | None
 
 
-MakeWalk = Callable[[Choice, str, Steering], Walk[Any]]
+MakeWalk = Callable[[Choice, str, Steering], World]
 """A walk of the chosen robot with the controller of this key, steered from the start."""
 
 
@@ -75,7 +75,7 @@ class LiveRun:
     Attributes:
         paused: whether time stands still.
         notice: what could not be done, for people; empty if all could.
-        casts: how often walks were made anew.
+        generation: how often walks were made anew.
 
     Raises:
         SurefootError: that walk cannot be made.
@@ -83,13 +83,18 @@ class LiveRun:
 
     def __init__(self, make: MakeWalk, choice: Choice, steering: Steering) -> None:
         self._make, self._lock = make, threading.RLock()
-        self.paused, self.notice, self.casts, self._pace = False, "", 0, 1.0
+        self.paused, self.notice, self.generation, self._pace = False, "", 0, 1.0
         self.samples: deque[Sample] = deque(maxlen=round(REMEMBERED / SAMPLING))
         self._wanted = choice
-        self._begin(self._cast(choice, steering), choice, steering)
+        self._begin(self._make_walks(choice, steering), choice, steering)
 
-    def _cast(self, choice: Choice, steering: Steering) -> tuple[Walk[Any], Walk[Any] | None]:
-        """Walk and ghost, ready to be seen; this may take seconds."""
+    @property
+    def _walks(self) -> list[World]:
+        """The walk, and the ghost if there is one."""
+        return [self.walk] if self.ghost is None else [self.walk, self.ghost]
+
+    def _make_walks(self, choice: Choice, steering: Steering) -> tuple[World, World | None]:
+        """Walk and ghost, after their first cycle; this may take seconds."""
         walk = self._make(choice, choice.controller, steering)
         ghost = self._make(choice, choice.ghost, steering) if choice.ghost else None
         for one in (walk, ghost):
@@ -97,16 +102,14 @@ class LiveRun:
                 one.step()
         return walk, ghost
 
-    def _begin(
-        self, cast: tuple[Walk[Any], Walk[Any] | None], choice: Choice, steering: Steering
-    ) -> None:
-        self.walk, self.ghost = cast
+    def _begin(self, walks: tuple[World, World | None], choice: Choice, steering: Steering) -> None:
+        self.walk, self.ghost = walks
         self.choice, self.steering = choice, steering
         self.story = Story(self.walk.controller.gait, self.walk.robot, steering.velocity)
         self.samples.clear()
         self._slowest, self._next_sample, self._now = 0.0, 0.0, self.walk.time
         self._pushed_until = -math.inf
-        self.casts += 1
+        self.generation += 1
 
     @property
     def pace(self) -> float:
@@ -115,7 +118,7 @@ class LiveRun:
 
     @pace.setter
     def pace(self, pace: float) -> None:
-        # A page sends what it likes.
+        # The value comes from a browser, unchecked.
         if math.isfinite(pace):
             self._pace = min(max(pace, 0.0), FASTEST)
 
@@ -129,17 +132,17 @@ class LiveRun:
         Meanwhile the old one walks on; of two choices the last one counts.
         """
         with self._lock:
-            # A copy: one may ask for the same again.
+            # A copy: the same choice, made again, is another request.
             self._wanted = wanted = replace(choice)
             steering = asked = self.steering
             self.notice = f"{choice.robot} is made ready"
-        notice, cast = "", None
+        notice, made = "", None
         try:
-            cast = self._cast(choice, steering)
+            made = self._make_walks(choice, steering)
         except SurefootError as first:
             try:
                 # A robot may be slower than the last one: it begins in place.
-                cast, steering = self._cast(choice, Steering()), Steering()
+                made, steering = self._make_walks(choice, Steering()), Steering()
                 notice = f"walks in place: {first}"
             except SurefootError as error:
                 notice = str(error)
@@ -147,9 +150,9 @@ class LiveRun:
             if self._wanted is not wanted:
                 return
             self.notice = notice
-            if cast is not None:
+            if made is not None:
                 since = self.steering
-                self._begin(cast, choice, steering)
+                self._begin(made, choice, steering)
                 if since is not asked:
                     self.steer(since)
 
@@ -157,13 +160,12 @@ class LiveRun:
         """Walk elsewhere; if it cannot, it goes on as before, and `notice` says why."""
         with self._lock:
             try:
-                for one in (self.walk, self.ghost):
-                    if one is not None and not steering.standing:
-                        # All of them can, or none is steered.
+                if not steering.standing:
+                    # All of them can walk so, or none is steered.
+                    for one in self._walks:
                         one.controller.with_velocity(steering.velocity)
-                for one in (self.walk, self.ghost):
-                    if one is not None:
-                        one.steer(steering)
+                for one in self._walks:
+                    one.steer(steering)
                 self.steering, self.notice = steering, ""
             except SurefootError as error:
                 self.notice = str(error)
@@ -179,7 +181,7 @@ class LiveRun:
             if self.walk.fallen or not math.isfinite(impulse) or not math.isfinite(direction):
                 return
             if self.walk.time < self._pushed_until:
-                # One at a time: a key that is held down repeats itself.
+                # One push at a time: a key that is held down sends many.
                 return
             impulse = min(max(impulse, 0.0), LARGEST_IMPULSE)
             self._pushed_until = self.walk.time + PUSH_DURATION
@@ -187,9 +189,9 @@ class LiveRun:
             angle = direction + float(snapshot.observation["support_yaw"])
             towards = math.cos(angle), math.sin(angle)
             push = Push.of_impulse(impulse, towards, self.walk.time, PUSH_DURATION)
-            self.story.pushed(push, direction, snapshot)
-            for one in (self.walk, self.ghost):
-                if one is not None and not one.fallen:
+            self.story.pushed(push, snapshot)
+            for one in self._walks:
+                if not one.fallen:
                     one.push(push)
 
     def advance(self, seconds: float) -> None:
@@ -202,7 +204,7 @@ class LiveRun:
                 self._slowest = max(self._slowest, self.walk.decision_time)
                 if self.paused or self.walk.time >= self._next_sample or self.walk.fallen:
                     self._sample()
-            # It goes on after a fall of the one beside it.
+            # The ghost goes on after a fall of the walk.
             ghost = self.ghost
             while ghost is not None and not ghost.fallen and ghost.time < until - 1e-9:
                 ghost.step()
@@ -219,7 +221,7 @@ class LiveRun:
         """What there is to see now."""
         with self._lock:
             ghost = None if self.ghost is None else self.ghost.snapshot()
-            return View(self.casts, self.walk, self.ghost, self.walk.snapshot(), ghost)
+            return View(self.generation, self.walk, self.ghost, self.walk.snapshot(), ghost)
 
     def sentence(self) -> str:
         """What happens, in plain words."""

@@ -8,15 +8,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from surefoot.dcm.frame_turn import rotated
 from surefoot.dcm.nominal_gait import NominalGait
 from surefoot.dcm.pushes import Push
+from surefoot.geometry import rotated
 from surefoot.interface import Status
 from surefoot.robot.feet import Footstep
 from surefoot.robot.robot import Robot
 from surefoot.rollout.rollout import Rollout
 from surefoot.rollout.snapshot import Snapshot
-from surefoot.show.words import direction_words, fall_evidence, velocity_words
+from surefoot.show.words import counted, direction_words, fall_evidence, velocity_words
 
 SAMPLING = 0.02
 """How often a sample is taken [s]."""
@@ -41,12 +41,12 @@ class Sample(NamedTuple):
 
 def sample_of(snapshot: Snapshot, decision_time: float) -> Sample:
     """The sample of an instant, with the longest decision since the last one [s]."""
-    seen = snapshot.observation
-    foot, yaw = seen["support_foot"], float(seen["support_yaw"])
+    observed = snapshot.observation
+    foot, yaw = observed["support_foot"], float(observed["support_yaw"])
     zmp = [a - b for a, b in zip(snapshot.floor_zmp, foot, strict=True)]
     return Sample(
         snapshot.time,
-        rotated(seen["dcm"] - foot, -yaw),
+        rotated(observed["dcm"] - foot, -yaw),
         rotated(zmp, -yaw),
         float(snapshot.command["step_duration"]),
         decision_time,
@@ -64,7 +64,7 @@ class _Plan:
 
 
 class Story:
-    """The sentence of a walk: it is given every push and every instant.
+    """The sentence of a walk, from its pushes and instants.
 
     Args:
         gait: nominal.
@@ -87,16 +87,10 @@ class Story:
         every = f"a step every {self._gait.step_duration:.2f} s"
         return f"Walking: {velocity_words(self._velocity)}, {every}."
 
-    def pushed(self, push: Push, direction: float, snapshot: Snapshot) -> None:
-        """A push begins.
-
-        Args:
-            push: it.
-            direction: from the robot's own forward, counter-clockwise [rad].
-            snapshot: of the moment before.
-        """
-        impulse = math.hypot(*push.impulse)
-        towards = direction_words(direction)
+    def pushed(self, push: Push, snapshot: Snapshot) -> None:
+        """A push begins; the snapshot is of the moment before."""
+        impulse, yaw = math.hypot(*push.impulse), float(snapshot.observation["support_yaw"])
+        towards = direction_words(math.atan2(push.force[1], push.force[0]) - yaw)
         self._push = f"Pushed {impulse:.0f} N s {towards} ({impulse / self._robot.mass:.2f} m/s)"
         self._plan, self._landed = _plan_of(snapshot), ""
         self._acts_until = push.end
@@ -142,22 +136,22 @@ class Story:
 
     def _nominal_plan(self, snapshot: Snapshot) -> _Plan:
         """The step that begins, as it would be without a push."""
-        seen, gait, began = snapshot.observation, self._gait, _began(snapshot)
-        yaw = float(seen["support_yaw"])
-        landing = seen["support_foot"] + np.array(rotated(gait.step(snapshot.support), yaw))
+        observed, gait, began = snapshot.observation, self._gait, _began(snapshot)
+        yaw = float(observed["support_yaw"])
+        landing = observed["support_foot"] + np.array(rotated(gait.step(snapshot.support), yaw))
         return _Plan(began, landing, began + gait.step_duration, yaw)
 
     def _count_back(self, snapshot: Snapshot) -> None:
-        seen, gait = snapshot.observation, self._gait
-        yaw = float(seen["support_yaw"])
+        observed, gait = snapshot.observation, self._gait
+        yaw = float(observed["support_yaw"])
         wanted = np.array(rotated(gait.start_offset(snapshot.support), yaw))
-        away = float(np.linalg.norm(seen["dcm"] - seen["support_foot"] - wanted))
+        away = float(np.linalg.norm(observed["dcm"] - observed["support_foot"] - wanted))
         self._back = self._back + 1 if away < BACK else 0
         if self._back < BACK_STEPS:
             self.sentence = f"{self._landed}; step {self._steps} after that."
             return
         steps = self._steps + 1 - BACK_STEPS
-        after = "at once" if steps <= 0 else f"after {steps} more step{'s' * (steps > 1)}"
+        after = "at once" if steps <= 0 else f"after {counted(steps, 'more step')}"
         self.sentence = f"{self._landed}; back in its gait {after}."
         self._push = ""
 

@@ -23,7 +23,7 @@ MODEL_SUFFIXES = (".xml", ".urdf")
 
 
 class Body(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """The mechanism of a robot, as far as its model does not tell.
+    """The mechanism of a robot, as far as its model does not say.
 
     Attributes:
         model: "paper-biped", which Surefoot generates, or a file (.xml, .urdf). Its path starts

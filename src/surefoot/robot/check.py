@@ -69,7 +69,7 @@ def check_robot(mechanism: Multibody, pose: NominalPose, walking: Robot) -> list
     Args:
         mechanism: of the robot.
         pose: of the same mechanism, from `measure_pose`.
-        walking: the point mass that its controller believes in.
+        walking: the point mass that its controller knows.
     """
     robot, model = mechanism.robot, mechanism.model
     links = f"{model.nbody - 1} links, {len(mechanism.motors)} motors"
@@ -97,22 +97,26 @@ def check_robot(mechanism: Multibody, pose: NominalPose, walking: Robot) -> list
     ]
 
 
+def _finding(check: str, verdict: str, expected: str, got: str, remedy: str) -> Finding:
+    """A finding; what is well needs no remedy."""
+    return Finding(check, verdict, expected, got, "" if verdict == OK else remedy)
+
+
 def _graded(
     check: str, error: float, limits: tuple[float, float], expected: str, got: str, remedy: str
 ) -> Finding:
     """A finding from an error: all is well up to the first limit, no harm up to the second."""
     fine, bearable = limits
-    if abs(error) <= fine:
-        return Finding(check, OK, expected, got, "")
-    return Finding(check, WARNING if abs(error) <= bearable else PROBLEM, expected, got, remedy)
+    verdict = OK if abs(error) <= fine else WARNING if abs(error) <= bearable else PROBLEM
+    return _finding(check, verdict, expected, got, remedy)
 
 
 def _shapes(mechanism: Multibody) -> Finding:
     unseen = mechanism.unseen
-    return Finding(
+    return _finding(
         "shapes", WARNING if unseen else OK, "meshes that MuJoCo can draw (.stl, .obj)",
         f"{len(unseen)} that it cannot: {', '.join(unseen[:3])}" if unseen else "all can be drawn",
-        "convert them, or correct their paths; physics does without" if unseen else "",
+        "convert them, or correct their paths; physics does without",
     )  # fmt: skip
 
 
@@ -213,11 +217,12 @@ def _com_over_soles(robot: Robot, pose: NominalPose) -> Finding:
 
 
 def _symmetry(mechanism: Multibody, pose: NominalPose) -> Finding:
-    expected = "a right leg that mirrors the left, to 1 % of mass and 2 mm"
-    return Finding(
-        "symmetry", PROBLEM if (differences := _asymmetries(mechanism, pose)) else OK, expected,
+    differences = _asymmetries(mechanism, pose)
+    return _finding(
+        "symmetry", PROBLEM if differences else OK,
+        "a right leg that mirrors the left, to 1 % of mass and 2 mm",
         "; ".join(differences) or "legs mirror each other",
-        "correct the model, or the patterns of posture, torque and speed" if differences else "",
+        "correct the model, or the patterns of posture, torque and speed",
     )  # fmt: skip
 
 
@@ -232,9 +237,9 @@ def _asymmetries(mechanism: Multibody, pose: NominalPose) -> list[str]:
         masses = model.body_mass[[one, other]]
         if abs(masses[0] - masses[1]) > 0.01 * masses.max():
             found.append(f"{pair} weigh {masses[0]:.3f} and {masses[1]:.3f} kg")
-        apart = np.linalg.norm(data.xpos[one] * (1.0, -1.0, 1.0) - data.xpos[other])
-        if apart > 0.002:
-            found.append(f"{pair} are {1e3 * apart:.1f} mm from mirroring each other")
+        distance = np.linalg.norm(data.xpos[one] * (1.0, -1.0, 1.0) - data.xpos[other])
+        if distance > 0.002:
+            found.append(f"{pair} are {1e3 * distance:.1f} mm from mirroring each other")
     order = {name: place for place, name in enumerate(mechanism.joint_names)}
     for one, other in zip(left.joints, right.joints, strict=True):
         for what, limits in (("torque", mechanism.torque), ("speed", mechanism.speed)):
@@ -272,12 +277,9 @@ def _knees(pose: NominalPose) -> Finding:
         )  # fmt: skip
     shares = [leg.length / leg.straight for leg in pose.legs]
     got = f"{100 * shares[0]:.1f} % left, {100 * shares[1]:.1f} % right"
-    bent = all(0.8 <= share <= 0.96 for share in shares)
-    if bent:
-        return Finding("knees", OK, expected, got, "")
-    locked = max(shares) > 0.99
-    return Finding(
-        "knees", PROBLEM if locked else WARNING, expected, got,
+    bent, locked = all(0.8 <= share <= 0.96 for share in shares), max(shares) > 0.99
+    return _finding(
+        "knees", OK if bent else PROBLEM if locked else WARNING, expected, got,
         "bend the knees in body.posture: 90 to 93 % leave room for long steps",
     )  # fmt: skip
 
@@ -295,7 +297,7 @@ def _reach(robot: Robot, pose: NominalPose) -> Finding:
 
 
 def _narrowest(robot: Robot, width: float) -> Finding:
-    """`robot` is the one that walks, which has its own steps and believes in a narrower sole."""
+    """`robot` is the one that walks, which has its own steps and a narrower sole."""
     gap = 1e3 * (robot.hip + robot.gait.step_y[0] - width)
     return _graded(
         "step width", min(gap, 0.0), (0.0, np.inf),
@@ -314,9 +316,9 @@ def _ranges(mechanism: Multibody) -> Finding:
         low, high = model.jnt_range[joint]
         if model.jnt_limited[joint] and not low <= angle <= high:
             outside.append(f"{model.joint(joint).name} {angle:g} not in [{low:g}, {high:g}]")
-    return Finding(
+    return _finding(
         "joint ranges", PROBLEM if outside else OK, "a posture within the joints' ranges [rad]",
-        "; ".join(outside) or "within", "correct body.posture" if outside else "",
+        "; ".join(outside) or "within", "correct body.posture",
     )  # fmt: skip
 
 
@@ -328,9 +330,9 @@ def _given(mechanism: Multibody, pose: NominalPose, key: str, unit: str) -> Find
     got = f"{min(values):g} to {max(values):g} {unit}" if values else "none"
     if without:
         got = f"none for {', '.join(without)}"
-    return Finding(
+    return _finding(
         f"{key} limits", PROBLEM if without else OK, f"a {key} limit for every joint of the legs",
-        got, f"give them in [body.{key}], patterns allowed [{unit}]" if without else "",
+        got, f"give them in [body.{key}], patterns allowed [{unit}]",
     )  # fmt: skip
 
 

@@ -1,7 +1,7 @@
-"""Where the soles are in the frame of the base, and how well encoders of their joints tell it.
+"""Where the soles are in the frame of the base, and how well encoders of the joints measure it.
 
 A leg is a chain of links from the base to the sole. Each is moved against the one before by a
-fixed offset and rotation, then turned about its hinge; the last one is the sole, without a hinge.
+fixed offset and rotation, then rotated about its hinge; the last one is the sole, without a hinge.
 The frame of a sole is that of the base when the robot stands in its nominal pose.
 """
 
@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from surefoot.compiled import njit
 from surefoot.record import Array, Record, Vector2, Vector3, field
+from surefoot.robot.legs import leg_bodies
 from surefoot.robot.multibody import Multibody
 
 SOLE = -1
@@ -36,7 +37,7 @@ class Link(Record):
 
 
 class Soles(Record):
-    """Both soles in the frame of the base, and how well encoders tell where they are.
+    """Both soles in the frame of the base, and how well encoders measure where they are.
 
     The spread is what an error of 1 rad in every encoder makes, root of the sum of squares.
     """
@@ -53,7 +54,7 @@ LINK, SOLES = Link.DTYPE, Soles.DTYPE
 
 @njit
 def _step(rotation, position, along, by, sign):
-    """Move a frame along one of its own vectors, times `sign`, then turn it by a matrix."""
+    """Move a frame along one of its own vectors, times `sign`, then rotate it by a matrix."""
     for i in range(3):
         a, b, c = rotation[i, 0], rotation[i, 1], rotation[i, 2]
         position[i] += sign * (a * along[0] + b * along[1] + c * along[2])
@@ -138,12 +139,9 @@ def leg_links(multibody: Multibody) -> NDArray[np.void]:
 
 def _leg(multibody: Multibody, leg: int) -> NDArray[np.void]:
     model = multibody.model
-    chain = [int(model.site_bodyid[multibody.soles[leg]])]
-    while model.body_parentid[chain[0]] != multibody.base:
-        chain.insert(0, int(model.body_parentid[chain[0]]))
     rows = []
     rotation, offset = np.eye(3), np.zeros(3)
-    for body in chain:
+    for body in leg_bodies(multibody, multibody.feet[leg]):
         offset = offset + rotation @ model.body_pos[body]
         rotation = rotation @ _matrix(model.body_quat[body])
         first = int(model.body_jntadr[body])

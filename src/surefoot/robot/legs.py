@@ -30,8 +30,8 @@ class Legs(NamedTuple):
         hip: lateral distance of the hip joints [m].
         thigh, shank: lengths from joint to joint [m].
         ankle: height over the sole [m].
-        over_com, ahead_of_com: where the middle of the hips is in the nominal pose, seen from the
-            CoM [m].
+        over_com, ahead_of_com: where the middle of the hips is in the nominal pose, from the CoM
+            [m].
     """
 
     hip: float
@@ -64,9 +64,7 @@ def find_legs(multibody: Multibody) -> Legs:
     """
     data, legs = multibody.data(), []
     for side, foot in enumerate(multibody.feet):
-        pitch = [
-            joint for joint in leg_joints(multibody, foot) if abs(data.xaxis[joint][1]) > MOSTLY
-        ]
+        pitch = _pitch_joints(multibody, data, foot)
         if len(pitch) != JOINTS_THAT_PITCH:
             raise RobotError(
                 "legs whose hip, knee and ankle pitch",
@@ -117,15 +115,28 @@ def leg_limits(multibody: Multibody) -> tuple[float, float]:
     return min(speeds), min(accelerations)
 
 
+def leg_bodies(multibody: Multibody, foot: int) -> list[int]:
+    """The bodies from below the base down to a foot."""
+    links, parents = [foot], multibody.model.body_parentid
+    while (parent := int(parents[links[0]])) not in (0, multibody.base):
+        links.insert(0, parent)
+    return links
+
+
 def leg_joints(multibody: Multibody, foot: int) -> list[int]:
     """The joints with a motor from the base down to a foot."""
-    chain, body, joints = [], foot, set(multibody.motors.tolist())
-    while body not in (0, multibody.base):
-        first = int(multibody.model.body_jntadr[body])
-        count = int(multibody.model.body_jntnum[body])
-        chain = [j for j in range(first, first + count) if j in joints] + chain
-        body = int(multibody.model.body_parentid[body])
-    return chain
+    motors, owners = set(multibody.motors.tolist()), multibody.model.jnt_bodyid
+    links = leg_bodies(multibody, foot)
+    return [
+        joint
+        for link in links
+        for joint in np.flatnonzero(owners == link).tolist()
+        if joint in motors
+    ]
+
+
+def _pitch_joints(multibody: Multibody, data: mujoco.MjData, foot: int) -> list[int]:
+    return [joint for joint in leg_joints(multibody, foot) if abs(data.xaxis[joint, 1]) > MOSTLY]
 
 
 @dataclass(frozen=True)
@@ -185,17 +196,15 @@ class NominalPose:
 
 
 def measure_pose(mechanism: Multibody) -> NominalPose:
-    """Look at a mechanism in its nominal pose."""
+    """Measure a mechanism in its nominal pose."""
     data = mechanism.data()
     sites = list(mechanism.soles)
-    left, right = (_leg(mechanism, data, foot) for foot in (0, 1))
-    shape_left, shape_right = (_foot_shape(mechanism, data, foot) for foot in (0, 1))
     return NominalPose(
         com=data.subtree_com[mechanism.base].copy(),
         soles=data.site_xpos[sites].copy(),
         axes=data.site_xmat[sites].reshape(2, 3, 3).copy(),
-        legs=(left, right),
-        foot_shapes=(shape_left, shape_right),
+        legs=(_leg(mechanism, data, 0), _leg(mechanism, data, 1)),
+        foot_shapes=(_foot_shape(mechanism, data, 0), _foot_shape(mechanism, data, 1)),
         load=np.max([np.abs(one_foot_torque(mechanism, foot)) for foot in (0, 1)], axis=0),
     )
 
@@ -214,38 +223,29 @@ def one_foot_torque(mechanism: Multibody, foot: int) -> NDArray[np.float64]:
     Returns:
         Of each motor [N m].
     """
-    return _one_foot_forces(mechanism, foot)[mechanism.motor_dofs]
-
-
-def _one_foot_forces(mechanism: Multibody, foot: int) -> NDArray[np.float64]:
-    """The same for all degrees of freedom; nothing where no motor is."""
     model, data = mechanism.model, mechanism.data()
     site = mechanism.soles[foot]
     lever = data.subtree_com[mechanism.base] - data.site_xpos[site]
     slope = mechanism.robot.gravity * lever / lever[2]
     data.qvel[:] = data.qacc[:] = 0.0
-    free = model.jnt_dofadr[model.body_jntadr[mechanism.base]]
-    data.qacc[free : free + 2] = slope[:2]
+    data.qacc[mechanism.base_dof : mechanism.base_dof + 2] = slope[:2]
     forces, jacobian = np.zeros(model.nv), np.zeros((3, model.nv))
     mujoco.mj_rne(model, data, 1, forces)
     mujoco.mj_jacSite(model, data, jacobian, None, site)
-    return forces - jacobian.T @ (mechanism.mass * slope)
+    return (forces - jacobian.T @ (mechanism.mass * slope))[mechanism.motor_dofs]
 
 
 def _leg(mechanism: Multibody, data: mujoco.MjData, foot: int) -> Leg:
-    model = mechanism.model
-    links = [mechanism.feet[foot]]
-    while model.body_parentid[links[0]] not in (mechanism.base, 0):
-        links.insert(0, int(model.body_parentid[links[0]]))
-    joints = leg_joints(mechanism, mechanism.feet[foot])
-    names = tuple(model.joint(joint).name for joint in joints)
-    pitch = [joint for joint in joints if abs(data.xaxis[joint, 1]) > MOSTLY]
+    model, end = mechanism.model, mechanism.feet[foot]
+    links = tuple(leg_bodies(mechanism, end))
+    names = tuple(model.joint(joint).name for joint in leg_joints(mechanism, end))
+    pitch = _pitch_joints(mechanism, data, end)
     if len(pitch) != JOINTS_THAT_PITCH:
-        return Leg(names, tuple(links), "", "", np.nan, np.nan, np.nan)
+        return Leg(names, links, "", "", np.nan, np.nan, np.nan)
     hip, knee, ankle = data.xanchor[pitch]
     return Leg(
         joints=names,
-        links=tuple(links),
+        links=links,
         knee=model.joint(pitch[1]).name,
         ankle=model.joint(pitch[2]).name,
         sole_ahead=float(data.site_xpos[mechanism.soles[foot], 0] - ankle[0]),

@@ -52,7 +52,7 @@ def how_to_install(packages: list[str]) -> str:
     """The command that installs what is missing.
 
     Args:
-        packages: as `missing_packages` tells them, at least one.
+        packages: as of `missing_packages`, at least one.
     """
     extras = {"mujoco": "surefoot[mujoco]"} | dict.fromkeys(DATA_PACKAGES, "surefoot[robots]")
     wanted = {extras.get(package, package) for package in packages}

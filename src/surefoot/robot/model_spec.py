@@ -63,7 +63,8 @@ def read_model(robot: Robot, body: Body) -> ModelSpec:
     origin = body.model
     try:
         if body.is_generated:
-            spec = mujoco.MjSpec.from_string(_generate(robot))
+            sole = (robot.foot.length, robot.foot.width)
+            spec = mujoco.MjSpec.from_string(paper_biped_mjcf(robot.hip, sole))
         else:
             path = find_model(body, robot.name)
             origin = str(path)
@@ -86,10 +87,6 @@ def read_model(robot: Robot, body: Body) -> ModelSpec:
     _strip(spec)
     _check_names(spec, origin)
     return ModelSpec(spec, speed, _lock(spec, body), unseen)
-
-
-def _generate(robot: Robot) -> str:
-    return paper_biped_mjcf(robot.hip, (robot.foot.length, robot.foot.width))
 
 
 def _keep_torques(spec: mujoco.MjSpec) -> None:
@@ -148,7 +145,7 @@ def find_body(spec: mujoco.MjSpec, name: str) -> mujoco.MjsBody:
     return body
 
 
-def matching_joints(key: str, pattern: str, names: Iterable[str]) -> list[str]:
+def _matching_joints(key: str, pattern: str, names: Iterable[str]) -> list[str]:
     """The joints that a pattern of the `[body]` table means.
 
     Raises:
@@ -166,36 +163,29 @@ def matching_joints(key: str, pattern: str, names: Iterable[str]) -> list[str]:
 
 
 def by_pattern(
-    key: str,
-    table: dict[str, float],
-    names: list[str],
-    locked: tuple[str, ...],
-    given: NDArray[np.float64],
-) -> NDArray[np.float64]:
-    """Values of the model, replaced by those of a table; a later pattern wins.
+    key: str, table: dict[str, float], names: Iterable[str], locked: tuple[str, ...]
+) -> dict[str, float]:
+    """The values of a table of `[body]` by joint; a later pattern wins.
 
     Args:
-        key: of the table in `[body]`.
+        key: of the table.
         table: values by pattern.
-        names: of the joints that move, in the order of `given`.
+        names: of the joints that move.
         locked: those that a pattern may mean too, in vain.
-        given: values of the model.
 
     Raises:
         RobotError: a pattern means no joint.
     """
-    values = given.copy()
+    values: dict[str, float] = {}
     for pattern, value in table.items():
-        for name in matching_joints(key, pattern, (*names, *locked)):
-            if name not in locked:
-                values[names.index(name)] = value
-    return values
+        values |= dict.fromkeys(_matching_joints(key, pattern, (*names, *locked)), value)
+    return {name: value for name, value in values.items() if name not in locked}
 
 
 def _lock(spec: mujoco.MjSpec, body: Body) -> tuple[str, ...]:
     names = [joint.name for joint in spec.joints if joint.type != mujoco.mjtJoint.mjJNT_FREE]
     locked = {
-        name: 0.0 for pattern in body.locked for name in matching_joints("locked", pattern, names)
+        name: 0.0 for pattern in body.locked for name in _matching_joints("locked", pattern, names)
     }
     for pattern, angle in body.posture.items():
         locked |= {name: angle for name in locked if fnmatch(name, pattern)}

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from surefoot.errors import RobotError
 from surefoot.robot.body import Body
+from surefoot.robot.feet import FEET
 from surefoot.robot.floor import NO_BOARDS
 from surefoot.robot.model_spec import (
     FLOOR,
@@ -27,19 +28,15 @@ from surefoot.robot.model_spec import (
     add_world,
     by_pattern,
     find_body,
-    matching_joints,
     read_model,
 )
 from surefoot.robot.own_units import OwnUnits
 from surefoot.robot.robot import Robot
 
-SIDES = ("left", "right")
-"""Order of all tables with a row for each foot."""
-
 SOLE_THICKNESS = 0.025
 """Of the boxes that touch the ground, in heights of the CoM."""
 
-SENSE_MARGIN = 0.0125
+SENSOR_MARGIN = 0.0125
 """By how much the region of a touch sensor is larger than its sole, likewise."""
 
 LEG_RADIUS = 0.0625
@@ -170,12 +167,12 @@ def load_multibody(
     own = OwnUnits.of(robot)
     passive = [
         joint
-        for side, name, sign in zip(SIDES, body.feet, (1.0, -1.0), strict=True)
+        for side, name, sign in zip(FEET, body.feet, (1.0, -1.0), strict=True)
         for joint in _add_sole(find_body(spec, name), side, sign, robot, body, own)
     ]
     _add_legs(spec, body, own)
     _add_motors(source, body, passive)
-    _add_senses(spec, find_body(spec, body.base), own)
+    _add_sensors(spec, find_body(spec, body.base), own)
     add_world(spec, robot.gravity, boards, own)
     try:
         model = spec.compile()
@@ -248,8 +245,8 @@ def _add_sole(
         mass=0.0,
         group=3,
         condim=3,
-        contype=SOLE | LEG_BIT[SIDES.index(side)],
-        conaffinity=FLOOR | LEG_BIT[1 - SIDES.index(side)],
+        contype=SOLE | LEG_BIT[FEET.index(side)],
+        conaffinity=FLOOR | LEG_BIT[1 - FEET.index(side)],
         solref=(SOLE_TIME * own.time, 1.0),
         rgba=(0.9, 0.5, 0.2, 1.0),
     )
@@ -275,7 +272,7 @@ def _add_legs(spec: mujoco.MjSpec, body: Body, own: OwnUnits) -> None:
         for place, (upper, end) in enumerate(long):
             floor = 0 if 0 < place == len(long) - 1 else FLOOR
             upper.add_geom(
-                name=f"{SIDES[index]}_{upper.name}_leg",
+                name=f"{FEET[index]}_{upper.name}_leg",
                 type=mujoco.mjtGeom.mjGEOM_CAPSULE,
                 fromto=(0.0, 0.0, 0.0, *end),
                 size=(radius, 0.0, 0.0),
@@ -298,25 +295,24 @@ def _add_motors(source: ModelSpec, body: Body, passive: list[str]) -> None:
         motor = source.spec.add_actuator(name=name, target=name)
         motor.trntype = mujoco.mjtTrn.mjTRN_JOINT
         motor.set_to_motor()
-    for pattern, inertia in body.armature.items():
-        for name in matching_joints("armature", pattern, (*driven, *source.locked)):
-            if name in driven:
-                driven[name].armature = inertia
+    inertias = by_pattern("armature", body.armature, driven, source.locked)
+    for name, inertia in inertias.items():
+        driven[name].armature = inertia
 
 
-def _add_senses(spec: mujoco.MjSpec, base: mujoco.MjsBody, own: OwnUnits) -> None:
+def _add_sensors(spec: mujoco.MjSpec, base: mujoco.MjsBody, own: OwnUnits) -> None:
     """An inertial measurement unit at the base's origin, and the load on each sole."""
     base.add_site(name="base_imu")
     for name, kind in _INERTIAL.items():
         _add_sensor(spec, name, kind, "base_imu")
-    for side in SIDES:
+    for side in FEET:
         sole = spec.geom(f"{side}_sole")
         sole.parent.add_site(
             name=f"{side}_touch",
             type=mujoco.mjtGeom.mjGEOM_BOX,
             pos=sole.pos,
             # A little larger than the sole: contacts lie on its faces, or under them.
-            size=sole.size + SENSE_MARGIN * own.length,
+            size=sole.size + SENSOR_MARGIN * own.length,
             group=4,
         )
         _add_sensor(spec, f"{side}_touch", mujoco.mjtSensor.mjSENS_TOUCH, f"{side}_touch")
@@ -331,9 +327,10 @@ def _index(robot: Robot, body: Body, model: mujoco.MjModel, source: ModelSpec) -
     names = [model.joint(int(joint)).name for joint in motors]
     limited = model.jnt_actfrclimited[motors].astype(bool)
     own = np.where(limited, model.jnt_actfrcrange[motors, 1], np.inf)
-    torque = by_pattern("torque", body.torque, names, source.locked, own)
-    given = np.array([source.speed.get(name, np.inf) for name in names])
-    speed = by_pattern("speed", body.speed, names, source.locked, given)
+    torques = by_pattern("torque", body.torque, names, source.locked)
+    torque = np.array([torques.get(name, limit) for name, limit in zip(names, own, strict=True)])
+    speeds = source.speed | by_pattern("speed", body.speed, names, source.locked)
+    speed = np.array([speeds.get(name, np.inf) for name in names])
     # The plant keeps the limits of the table, where they are wider than the model's too.
     model.jnt_actfrclimited[motors] = np.isfinite(torque)
     model.jnt_actfrcrange[motors] = np.where(np.isfinite(torque), torque, 0.0)[:, None] * (-1, 1)
@@ -359,10 +356,8 @@ def _nominal(
     """The posture, with the middle of the soles at the origin."""
     nominal = model.qpos0.copy()
     joints = [model.joint(joint).name for joint in range(model.njnt)]
-    for pattern, angle in body.posture.items():
-        for name in matching_joints("posture", pattern, (*joints, *locked)):
-            if name not in locked:
-                nominal[model.joint(name).qposadr[0]] = angle
+    for name, angle in by_pattern("posture", body.posture, joints, locked).items():
+        nominal[model.joint(name).qposadr[0]] = angle
     data = mujoco.MjData(model)
     data.qpos[:] = nominal
     mujoco.mj_kinematics(model, data)

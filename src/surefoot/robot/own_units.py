@@ -7,11 +7,16 @@ of 1 is sqrt(g h), an acceleration of 1 is g, a force of 1 the weight, a torque 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any, NamedTuple, Self
+from typing import NamedTuple, Self
 
-from surefoot.checks import check_number
 from surefoot.robot.robot import Robot
+
+WORDS = {
+    "s": "/ omega", "m": "h", "m/s": "sqrt(g h)", "m/s^2": "g", "m/s^0.5": "h sqrt(omega)",
+    "1/s": "omega", "1/s^2": "omega^2", "rad/s^2": "omega^2", "rad/s^0.5": "sqrt(omega)",
+    "N": "m g", "N m": "m g h", "N m/rad": "m g h", "N m s/rad": "m g h / omega",
+}  # fmt: skip
+"""What a docstring writes behind a number in own units, by the unit in SI."""
 
 
 class OwnUnits(NamedTuple):
@@ -62,28 +67,6 @@ class OwnUnits(NamedTuple):
         """m h^2 [kg m^2]."""
         return self.mass * self.length**2
 
-    def fill(self, owner: Any, defaults: Mapping[str, tuple[str, float]]) -> dict[str, float]:
-        """Give a frozen dataclass the values that follow from the robot where it has None.
-
-        Args:
-            owner: whose attributes are set.
-            defaults: unit and value in own units, by name; 0 is allowed.
-
-        Returns:
-            All of them in SI, checked.
-
-        Raises:
-            ParameterError: one that was given is negative or not finite.
-        """
-        values = {}
-        for name, (unit, share) in defaults.items():
-            given = getattr(owner, name)
-            value = share * self.one(unit) if given is None else given
-            check_number(name, value, 0.0, unit)
-            object.__setattr__(owner, name, value)
-            values[name] = float(value)
-        return values
-
     def one(self, unit: str) -> float:
         """What is 1 of a unit as they are written here, for example of "m/s".
 
@@ -104,6 +87,7 @@ class OwnUnits(NamedTuple):
             "rad/s^2": self.rate**2,
             "rad/s^0.5": self.rate**0.5,
             "N": self.force,
+            "N m": self.torque,
             "N m/rad": self.torque,
             "N m s/rad": self.torque * second,
             "kg m^2": self.inertia,

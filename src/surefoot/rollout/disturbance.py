@@ -1,5 +1,5 @@
-"""What a walk is disturbed by besides pushes: what is measured of it is wrong, late or noisy, and
-the feet land elsewhere or at another time than they are to.
+"""What disturbs a walk besides pushes: measurements that are off, late or noisy, and feet that land
+elsewhere or at another time than planned.
 
 Random numbers are functions of where they are used, not of what was drawn before: the number of a
 seed, a step, a cycle and a channel is a hash of the four, splitmix64 (Steele, Lea, Flood 2014). So
@@ -16,31 +16,33 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from surefoot.checks import check_number, check_pair, check_seed
+from surefoot.checks import check_seed
 from surefoot.compiled import njit
-from surefoot.control.estimator import MOST_CYCLES
+from surefoot.control.estimator import MAX_CYCLES
+from surefoot.control.fields import check_fields, documented, setting
+from surefoot.record import Array, Record, Vector2, field
 
-SENSOR_ERRORS = np.dtype(
-    [
-        ("dcm_noise", "f8"),
-        ("velocity_noise", "f8"),
-        ("com_offset", "f8", (2,)),
-        ("omega", "f8"),
-        ("delay", "i8"),
-        ("seed", "i8"),
-    ],
-)
-"""Parameters of what is measured: as in `Disturbance`, with the delay in cycles; `omega` is the
-natural frequency that makes a DCM of a velocity, the one the controller believes in [1/s]."""
 
-DELAY_LINE = np.dtype(
-    [
-        ("com", "f8", (MOST_CYCLES, 2)),
-        ("com_velocity", "f8", (MOST_CYCLES, 2)),
-        ("count", "i8"),
-    ],
-)
-"""CoM [m] and its velocity [m/s] in the last cycles, as a ring, and how many cycles there were."""
+class SensorErrors(Record):
+    """Parameters of what is measured: as in `Disturbance`, with the delay in cycles."""
+
+    dcm_noise: float = field("m", "standard deviation of CoM and DCM")
+    velocity_noise: float = field("m/s", "likewise of the CoM's velocity")
+    com_offset: Vector2 = field("m", "constant error of CoM and DCM")
+    omega: float = field("1/s", "that makes a DCM of a velocity, as the controller believes")
+    delay: int = field("-", "age in cycles")
+    seed: int = field("", "of the noise")
+
+
+class DelayLine(Record):
+    """CoM and its velocity in the last cycles, as a ring."""
+
+    com: Array = field("m", "centre of mass", shape=(MAX_CYCLES, 2))
+    com_velocity: Array = field("m/s", "its velocity", shape=(MAX_CYCLES, 2))
+    count: int = field("-", "how many cycles there were")
+
+
+SENSOR_ERRORS, DELAY_LINE = SensorErrors.DTYPE, DelayLine.DTYPE
 
 _POSITION, _VELOCITY, _LANDING = range(3)
 
@@ -51,9 +53,10 @@ _30, _27, _31, _11 = np.uint64(30), np.uint64(27), np.uint64(31), np.uint64(11)
 _UNIT = 2.0**-53
 
 
+@documented
 @dataclass(frozen=True)
 class Disturbance:
-    """What is wrong with what is measured, and with where and when feet land.
+    """Errors of what is measured, and of where and when feet land.
 
     The pendulum's estimate (`com`, `com_velocity`, `dcm`) may be noisy, late and off. Clock, own
     feet and contact are not: encoders, gyroscopes and foot switches are fast and good.
@@ -61,39 +64,44 @@ class Disturbance:
     All of it is absolute and off by default: the noise of a sensor, the delay of a bus and the
     roughness of a floor do not shrink with the robot that meets them.
 
-    Args:
-        dcm_noise: standard deviation of what is added to CoM and DCM alike, drawn anew for each
-            axis in every control cycle [m].
-        velocity_noise: likewise of the CoM's velocity; it moves the DCM by velocity / omega [m/s].
-        delay: age of the estimate, a whole number of control periods. Counted in cycles, the
-            shorter one that a touchdown ends among them [s].
-        com_offset: constant error of CoM and DCM (x, y) [m].
-        landing_error: every foot comes to stand this far from where it was when it touched the
-            ground, in a direction that is drawn for each landing [m].
-        touchdown_shift: negative: the ground comes that much before the landing is due, and the
-            foot stands where it is then; positive: that much later, and the foot waits for it at
-            its place [s].
-        seed: of everything that is drawn. The same seed gives the same numbers in any cycle.
-
     Raises:
         ParameterError: a value is out of range.
     """
 
-    dcm_noise: float = 0.0
-    velocity_noise: float = 0.0
-    delay: float = 0.0
-    com_offset: tuple[float, float] = (0.0, 0.0)
-    landing_error: float = 0.0
-    touchdown_shift: float = 0.0
-    seed: int = 0
+    dcm_noise: float = setting(
+        0.0, "m",
+        "standard deviation of what is added to CoM and DCM alike, drawn anew for each axis in "
+        "every control cycle", least=0.0,
+    )  # fmt: skip
+    velocity_noise: float = setting(
+        0.0, "m/s", "likewise of the CoM's velocity; it moves the DCM by velocity / omega",
+        least=0.0,
+    )  # fmt: skip
+    delay: float = setting(
+        0.0, "s",
+        "age of the estimate, a whole number of control periods. Counted in cycles, the shorter "
+        "one that a touchdown ends among them", least=0.0,
+    )  # fmt: skip
+    com_offset: tuple[float, float] = setting(
+        (0.0, 0.0), "m", "constant error of CoM and DCM (x, y)", least=-math.inf
+    )
+    landing_error: float = setting(
+        0.0, "m",
+        "every foot comes to stand this far from where it was when it touched the ground, in a "
+        "direction that is drawn for each landing", least=0.0,
+    )  # fmt: skip
+    touchdown_shift: float = setting(
+        0.0, "s",
+        "negative: the ground comes that much before the landing is due, and the foot stands where "
+        "it is then; positive: that much later, and the foot waits for it at its place",
+        least=-math.inf,
+    )  # fmt: skip
+    seed: int = setting(
+        0, "", "of everything that is drawn. The same seed gives the same numbers in any cycle"
+    )
 
     def __post_init__(self) -> None:
-        check_number("dcm_noise", self.dcm_noise, 0.0, "m")
-        check_number("velocity_noise", self.velocity_noise, 0.0, "m/s")
-        check_number("delay", self.delay, 0.0, "s")
-        check_pair("com_offset", self.com_offset, -math.inf, "m")
-        check_number("landing_error", self.landing_error, 0.0, "m")
-        check_number("touchdown_shift", self.touchdown_shift, -math.inf, "s")
+        check_fields(self)
         check_seed(self.seed)
 
     @property
@@ -156,10 +164,10 @@ def disturb(errors, world, line, measured):
     Until the delay has passed, the first measurement is repeated.
 
     Args:
-        errors: a `SENSOR_ERRORS` record.
-        world: a `LIPM_WORLD` record.
-        line: a `DELAY_LINE` record; moved on by a cycle if there is a delay.
-        measured: an `OBSERVATION` record that is a copy of the truth, changed.
+        errors: `SensorErrors`.
+        world: a `LipmWorld`.
+        line: a `DelayLine`; moved on by a cycle if there is a delay.
+        measured: an `Observation` that is a copy of the truth, changed.
     """
     if errors.delay > 0:
         _wait(errors.delay, line, measured)
@@ -180,11 +188,11 @@ def disturb(errors, world, line, measured):
 @njit
 def _wait(delay, line, measured):
     """Put CoM and velocity into the line, and take out those of `delay` cycles ago."""
-    new = line.count % MOST_CYCLES
+    new = line.count % MAX_CYCLES
     for i in range(2):
         line.com[new, i] = measured.com[i]
         line.com_velocity[new, i] = measured.com_velocity[i]
-    old = max(line.count - delay, 0) % MOST_CYCLES
+    old = max(line.count - delay, 0) % MAX_CYCLES
     for i in range(2):
         measured.com[i] = line.com[old, i]
         measured.com_velocity[i] = line.com_velocity[old, i]

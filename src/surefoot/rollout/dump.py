@@ -2,15 +2,15 @@
 
 A dump is a rollout of the last one or two steps, in a NumPy archive that `load_rollout` reads too,
 and beside it the states with which these began: of the world, of the sensors, of the controller.
-`worlds.point.simulate` writes one where a robot falls or a number is NaN, and replays it.
+`simulate` and `simulate_body` write one where a robot falls or a number is NaN; `replay` and
+`replay_body` walk it again.
 """
 
 from __future__ import annotations
 
-import zipfile
 from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,24 +23,8 @@ IN_FRONT = "dump_"
 """Of the names of a checkpoint's arrays."""
 
 
-class Checkpoint(NamedTuple):
-    """A walk between two cycles: records of shape (1,), but for the first two.
-
-    Attributes:
-        cycles: how many were retained before it.
-        heading: of the controller's frame [rad].
-        world: a `LIPM_WORLD` record.
-        measured: a `MEASURED` record, of the sensors.
-        state: of the controller.
-        command: a `COMMAND` record, the last one.
-    """
-
-    cycles: int
-    heading: float
-    world: NDArray[np.void]
-    measured: NDArray[np.void]
-    state: NDArray[np.void]
-    command: NDArray[np.void]
+Checkpoint = dict[str, NDArray[Any]]
+"""All that evolves in a walk, between two cycles: arrays by name, see `World.checkpoint`."""
 
 
 @dataclass(frozen=True)
@@ -65,20 +49,18 @@ def check_dump_path(path: Path) -> None:
     check_writable(path, (".npz",))
 
 
-def write_dump(path: Path, rollout: Rollout, checkpoint: Checkpoint) -> None:
-    """Write the cycles of a walk that follow a checkpoint.
+def write_dump(path: Path, dump: Dump) -> None:
+    """Write the end of a walk.
 
     Args:
         path: file to write, ending in .npz.
-        rollout: of the whole walk.
-        checkpoint: of the same walk.
+        dump: what to write.
 
     Raises:
         FileError: another ending, or the file cannot be written.
     """
     check_dump_path(path)
-    states = {IN_FRONT + name: np.asarray(value) for name, value in checkpoint._asdict().items()}
-    rollout.since(checkpoint.cycles).save(path, **states)
+    dump.rollout.save(path, **{IN_FRONT + name: rows for name, rows in dump.checkpoint.items()})
 
 
 def load_dump(path: str | Path) -> Dump:
@@ -91,14 +73,16 @@ def load_dump(path: str | Path) -> Dump:
         FileError: there is no such file, it is no dump, damaged, or another version wrote it.
     """
     rollout = load_rollout(path)
-    try:
-        with np.load(path, allow_pickle=False) as archive:
-            states = {name: archive[IN_FRONT + name] for name in Checkpoint._fields}
-    except (OSError, zipfile.BadZipFile, KeyError, ValueError) as error:
+    with np.load(path, allow_pickle=False) as archive:
+        checkpoint = {
+            name.removeprefix(IN_FRONT): archive[name]
+            for name in archive.files
+            if name.startswith(IN_FRONT)
+        }
+    if not checkpoint:
         raise FileError(
             "a dump that simulate(..., dump=...) wrote",
-            f"{path}: {error}",
+            f"{path} without states",
             "read a rollout with load_rollout",
-        ) from error
-    cycles, heading = int(states.pop("cycles")), float(states.pop("heading"))
-    return Dump(rollout, Checkpoint(cycles, heading, **states))
+        )
+    return Dump(rollout, checkpoint)

@@ -1,6 +1,6 @@
-"""Why a body fell: what went wrong first.
+"""Why a body fell: the first trouble.
 
-Each kind of trouble has a sign that can be seen in the trace (`rollout.fall_signs`). From the
+Each kind of trouble shows as a sign in the trace (`rollout.fall_signs`). From the
 fall backwards, sign follows sign until there was none for a while: the first one of that chain is
 the cause.
 """
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 Array = NDArray[Any]
 
 QUIET = 2.8
-"""Without a sign of trouble, before which what happened had nothing to do with the fall, in
+"""A time without a sign of trouble: what happened before it has nothing to do with the fall, in
 1 / omega."""
 
 CROSSED = 1
@@ -34,28 +34,18 @@ ENDINGS = {
     3: "its trunk leaned too far",
     4: "it sank too low",
 }
-"""What the plant saw in the end; keys as in `worlds.body.plant`."""
+"""How a fall ends; keys as in `worlds.body.plant`."""
 
 
-@dataclass(frozen=True)
-class BodyFall:
-    """Why a body fell.
+@dataclass(frozen=True, kw_only=True)
+class BodyFall(Sign):
+    """Why a body fell: the first sign of trouble, and the end.
 
     Attributes:
-        cause: what went wrong first.
-        time: when that began [s].
-        words: what was seen of it.
-        part: of the body that it was seen at; may be empty.
-        evidence: numbers, SI.
         end: when it was down [s].
         ending: how that showed.
     """
 
-    cause: FallCause
-    time: float
-    words: str
-    part: str
-    evidence: dict[str, float]
     end: float
     ending: str
 
@@ -80,7 +70,7 @@ def find_fall(observations: Array, commands: Array, trace: BodyTrace) -> BodyFal
     weight = trace.robot.mass * STANDARD_GRAVITY
     walk = FallenWalk(observations["time"], observations, commands, trace, weight)
     end = float(walk.time[-1]) + walk.period
-    signs = sorted((sign for look in SIGNS for sign in look(walk)), key=lambda sign: sign.time)
+    signs = sorted((sign for find in SIGNS for sign in find(walk)), key=lambda sign: sign.time)
     chain: list[Sign] = []
     quiet = QUIET * walk.own.time
     for sign in reversed(signs):
@@ -90,15 +80,12 @@ def find_fall(observations: Array, commands: Array, trace: BodyTrace) -> BodyFal
     first = chain[-1] if chain else None
     if first is None and trace.fate == CROSSED:
         first = Sign(FallCause.CROSSING, end, "one leg met the other")
-    sign = first or _last_resort(walk, end)
-    return BodyFall(
-        sign.cause, sign.time, sign.words, sign.part, sign.evidence, end,
-        ENDINGS.get(trace.fate, "it was down"),
-    )  # fmt: skip
+    sign = first or _fallen_over(walk, end)
+    return BodyFall(**vars(sign), end=end, ending=ENDINGS.get(trace.fate, "it was down"))
 
 
-def _last_resort(walk: FallenWalk, end: float) -> Sign:
-    """Nothing else was seen: it fell about the feet that it stood on."""
+def _fallen_over(walk: FallenWalk, end: float) -> Sign:
+    """Without another sign: it fell about the feet that it stood on."""
     if not walk.trace.walking[-1]:
         return Sign(FallCause.IN_A_STAND, end, "its legs did not hold it")
     away = walk.seen["dcm"][-1] - walk.seen["support_foot"][-1]

@@ -59,7 +59,7 @@ LATE = 0.28
 
 
 class FallCause(Enum):
-    """What went wrong first."""
+    """The first trouble."""
 
     SLIP = "slip"
     """The standing sole slid."""
@@ -86,8 +86,8 @@ class Sign:
     Attributes:
         cause: of which kind.
         time: when it began [s].
-        words: what was seen.
-        part: of the body that it was seen at.
+        words: what happened.
+        part: of the body where it shows; may be empty.
         evidence: numbers, SI.
     """
 
@@ -100,7 +100,7 @@ class Sign:
 
 @dataclass(frozen=True)
 class FallenWalk:
-    """What the signs are looked for in."""
+    """The walk whose signs are found."""
 
     time: Array
     seen: Array
@@ -365,4 +365,4 @@ SIGNS: tuple[Callable[[FallenWalk], Iterator[Sign]], ...] = (
     _out_of_reach,
     _tips,
 )
-"""All kinds; each looks for its signs in a walk."""
+"""All kinds; each finds its signs in a walk."""

@@ -31,7 +31,7 @@ from surefoot.rollout.ros_messages import (
     full_name,
     named_array,
 )
-from surefoot.rollout.trace import TIMELESS
+from surefoot.rollout.trace import ROWS
 
 CHUNK = 128 * 1024
 """Size of the pieces that are compressed by themselves [B]; at most one is lost with its end."""
@@ -128,7 +128,7 @@ def _exact_topics(parts: Parts) -> tuple[list[Topic], dict[str, Any]]:
             topics.append(_packed(NAMES_OF[name], columns, "<f8"))
     times, constant, wide, narrow = {TIMES: arrays["decision_time"]}, {}, {}, {}
     for name, rows in parts.of_body.items():
-        if name in TIMELESS or len(rows) != cycles:
+        if name not in ROWS or len(rows) != cycles:
             constant[name] = [rows.dtype.str, list(rows.shape), rows.ravel().tolist()]
         elif rows.dtype == np.float32:
             narrow[name] = rows

@@ -23,7 +23,7 @@ from surefoot.dcm.pushes import Push
 from surefoot.errors import RobotError
 from surefoot.geometry import length
 from surefoot.interface import Controller
-from surefoot.record import new_array
+from surefoot.record import Array, Record, Vector2, Vector3, field, new_array
 from surefoot.robot.feet import Footstep
 from surefoot.robot.robot import Robot
 
@@ -34,37 +34,42 @@ SETTLED_VELOCITY = 0.02
 """Largest deviation of the mean velocity, as a fraction of the command."""
 
 SETTLED_SLOWEST = 0.0036
-"""Deviation that is always allowed, as a fraction of sqrt(g h): 2 % of standing still is no
-yardstick."""
+"""Deviation that is always allowed, as a fraction of sqrt(g h): the command may be 0."""
 
 RECOVERY_TIME, RECOVERY_STEPS = 28.0, 16.0
-"""A robot that is not back on the nominal gait this long after a push has not recovered: a time of
-1 / omega, and of T_nom where that is longer."""
+"""A point mass that is not back on the nominal gait this long after a push has not recovered: in
+1 / omega, and in T_nom where that is longer."""
 
-WALKED_ON, WALKED_STEPS = 16.0, 8.0
-"""A body that walks for so long after a push has recovered: likewise."""
+BODY_RECOVERY_TIME, BODY_RECOVERY_STEPS = 16.0, 8.0
+"""A body that walks for so long after a push has recovered: likewise. It is never as exact, and
+need not be back on its gait."""
 
 BACK_STEPS, BACK_OFFSET, BACK_TIME = 4, (0.0375, 0.01875), 0.04
 """Likewise one whose last steps are like those before: how many; difference of the DCM offset in x
 and y, in heights of the CoM, and of the duration, as a fraction of it. In x there is the speed that
 makes up for the lost way."""
 
-SETTLED = np.dtype([("velocity", "f8", (2,)), ("deviation", "f8"), ("error", "f8")])
-"""What a settled robot does: velocity commanded, and how far its mean may be from that [m/s];
-largest DCM error [m]."""
 
-MONITOR = np.dtype(
-    [
-        ("touchdown_time", "f8", (3,)),
-        ("touchdown_com", "f8", (3, 2)),
-        ("error", "f8"),
-        ("last_error", "f8"),
-        ("touchdowns", "i8"),
-        ("support_side", "i8"),
-    ],
-)
-"""What the rule remembers: time [s] and CoM [m] at the last touchdowns, the latest last; the
-largest DCM error of the step under way and of the last finished one [m]."""
+class Settled(Record):
+    """The rule by which a robot is settled on its gait."""
+
+    velocity: Vector2 = field("m/s", "commanded")
+    deviation: float = field("m/s", "how far the mean velocity may be from that")
+    error: float = field("m", "largest DCM error")
+
+
+class Monitor(Record):
+    """What the rule remembers of a walk; of touchdowns the last three, the latest last."""
+
+    touchdown_time: Vector3 = field("s", "of the touchdowns")
+    touchdown_com: Array = field("m", "centre of mass at these", shape=(3, 2))
+    error: float = field("m", "largest DCM error of the step under way")
+    last_error: float = field("m", "likewise of the last finished one")
+    touchdowns: int = field("-", "how many there were")
+    support_side: int = field("", "the foot that stands, a `Side`")
+
+
+SETTLED, MONITOR = Settled.DTYPE, Monitor.DTYPE
 
 
 class Outcome(Enum):
@@ -79,7 +84,7 @@ class Outcome(Enum):
     FELL = "fell"
     """The DCM ran away from the support foot."""
     CUT_SHORT = "cut short"
-    """Nobody knows: the end is lost, see `Rollout.lost_cycles`."""
+    """Not known: the end is lost, see `Rollout.lost_cycles`."""
 
 
 @dataclass(frozen=True)
@@ -144,8 +149,8 @@ def is_settled(monitor, rule) -> bool:
     """Whether the robot is on the nominal gait again; see the head of this file.
 
     Args:
-        monitor: a `MONITOR` record.
-        rule: a `SETTLED` record.
+        monitor: a `Monitor`.
+        rule: a `Settled`.
     """
     mean_x, mean_y = mean_velocity(monitor)
     velocity = rule.velocity
@@ -172,7 +177,7 @@ def settled_error(controller: Controller) -> float:
 
 
 def settled_rule(robot: Robot, velocity: tuple[float, float], error: float) -> NDArray[np.void]:
-    """A `SETTLED` record, shape (1,).
+    """A `Settled` as an array, shape (1,).
 
     Args:
         robot: that is moved.
@@ -223,7 +228,7 @@ def has_walked_on(
         if step.start + step.duration <= first:
             usual[step.side] = step
     longest = max((step.duration for step in usual.values()), default=0.0)
-    if end - last >= max(WALKED_ON / robot.omega, WALKED_STEPS * longest):
+    if end - last >= max(BODY_RECOVERY_TIME / robot.omega, BODY_RECOVERY_STEPS * longest):
         return True
     since = [step for step in steps if step.start >= last][-BACK_STEPS:]
     if len(since) < BACK_STEPS or len(usual) < 2:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, fields
 from functools import cached_property
 from itertools import pairwise
 from pathlib import Path
@@ -293,26 +293,6 @@ class Rollout:
                 raise
             raise MissingExtraError("pictures", "plot") from error
         draw(self, Path(path))
-
-    def since(self, cycle: int) -> Rollout:
-        """The walk of a point mass from a cycle on.
-
-        Args:
-            cycle: the first one of the part.
-        """
-        begin = float(self.time[cycle])
-        before = [velocity for at, velocity in self.velocities if at <= begin]
-        later = [one for one in self.velocities if one[0] > begin]
-        same = self.seen is self.observations
-        return replace(
-            self,
-            velocities=((begin, before[-1]), *later),
-            pushes=tuple(push for push in self.pushes if push.end > begin),
-            observations=self.observations[cycle:],
-            commands=self.commands[cycle:],
-            decision_time=self.decision_time[cycle:],
-            seen=self.seen[:0] if same else self.seen[cycle:],
-        )
 
     def save(self, path: str | Path, **beside: NDArray[Any]) -> None:
         """Write everything to a file.

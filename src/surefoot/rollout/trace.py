@@ -19,6 +19,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
+from surefoot.control.fields import described, documented
 from surefoot.geometry import rotated_by
 from surefoot.robot.floor import FloorHeight, laid_boards
 from surefoot.robot.own_units import OwnUnits
@@ -36,13 +37,6 @@ Array = NDArray[Any]
 
 TRUTH = "truth"
 """In place of an estimator: the controller is given the true state of its body."""
-
-MEASURED = ("sense_time", "physics_time")
-"""What no comparison looks at."""
-
-
-TIMELESS = ("motor_positions", "motor_dofs", "torque_limit", "speed_limit", "boards")
-"""Arrays without a row a cycle."""
 
 SETTLING = 14.0
 """Before the speed that is held is measured, from the first step, a command or a push on, in
@@ -86,82 +80,98 @@ class HeldSpeed:
         return away <= self.allowed and self.duration >= STEP_PART * self.planned
 
 
+def _rows(kind: str, words: str, unit: str = "") -> dict[str, Any]:
+    """The metadata of a field with a row for each cycle, which are of this type of NumPy."""
+    return {**described(words, unit), "kind": kind}
+
+
+@documented
 @dataclass(frozen=True, eq=False, repr=False)
 class BodyTrace:
-    """Arrays of a walk in physics: time-first, SI, world frame; rows as in `Rollout.time`.
+    """Arrays of a walk in physics: time-first, SI, world frame; rows as in `Rollout.time`."""
 
-    Attributes:
-        robot: with its `[body]`.
-        believed: the point mass that its controller believes in.
-        omega: natural frequency of that [1/s].
-        surroundings: floor, payload and masses, as text.
-        senses: where the state came from: "truth", or the parameters of estimator and noise.
-        steering: (time, (v_x, v_y), turning rate, standing) of every command
-            [s, m/s, rad/s].
-        fate: what became of it, 0 if it stands; see `worlds.body.plant`.
-        joints: names of the motors' joints, in order, shape (m,).
-        knees: which of them are the left and the right knee.
-        motor_positions: indices of their angles in `position`, shape (m,).
-        motor_dofs: likewise of their rates in `velocity`.
-        torque_limit, speed_limit: of the motors, shape (m,); may be inf [N m, rad/s].
-        position, velocity: generalised, shapes (n, nq), (n, nv), float32.
-        told_position, told_velocity: likewise as the controller was given them; no rows if
-            it was the truth.
-        torque: what the motors gave, shape (n, m), float32 [N m].
-        com, com_velocity: centre of mass, shape (n, 3) [m, m/s].
-        zmp: of all forces of the floor, NaN where there are none, shape (n, 2) [m].
-        sole_position: centres of the soles, left and right, shape (n, 2, 3) [m].
-        sole_turn: their roll, pitch and yaw, shape (n, 2, 3) [rad].
-        sole_force: of the floor on each of them, shape (n, 2, 3) [N].
-        base_turn: roll, pitch and yaw of the base, shape (n, 3) [rad].
-        phase: 2 while one foot carries, shape (n,); else both do.
-        support: 0 or 1 for the left or right foot on the ground, shape (n,).
-        steps: number of the step, shape (n,).
-        swing_plan: reference of the swinging sole, shape (n, 3) [m].
-        course: where the robot should be, x, y and heading, shape (n, 3) [m, rad].
-        solver: status of the mapping to joints, 1 or more if it succeeded, shape (n,).
-        sense_time, physics_time: wall clock of a cycle, shape (n,) [s], of the estimate from the
-            readings, and of physics; how long the decision took is `Rollout.decision_time`.
-        boards: that lie on the floor, shape (k, 6): x, y and half the sides [m], heading [rad],
-            height [m].
-        mass: of all links and the payload [kg]; None in files of before it was kept.
-    """
-
-    robot: Robot
-    believed: Robot
-    omega: float
-    surroundings: str
-    senses: str
-    steering: tuple[tuple[float, tuple[float, float], float, bool], ...]
-    fate: int
-    joints: tuple[str, ...]
-    knees: tuple[int, int]
-    motor_positions: Array
-    motor_dofs: Array
-    torque_limit: Array
-    speed_limit: Array
-    position: Array
-    velocity: Array
-    told_position: Array
-    told_velocity: Array
-    torque: Array
-    com: Array
-    com_velocity: Array
-    zmp: Array
-    sole_position: Array
-    sole_turn: Array
-    sole_force: Array
-    base_turn: Array
-    phase: Array
-    support: Array
-    steps: Array
-    swing_plan: Array
-    course: Array
-    solver: Array
-    sense_time: Array
-    physics_time: Array
-    boards: Array = field(default_factory=lambda: np.zeros((0, 6)))
-    mass: float | None = None
+    robot: Robot = field(metadata=described("with its `[body]`"))
+    believed: Robot = field(metadata=described("the point mass that its controller believes in"))
+    omega: float = field(metadata=described("natural frequency of that", "1/s"))
+    surroundings: str = field(metadata=described("floor, payload and masses, as text"))
+    senses: str = field(
+        metadata=described(
+            'where the state came from: "truth", or parameters of estimator and noise'
+        )
+    )
+    steering: tuple[tuple[float, tuple[float, float], float, bool], ...] = field(
+        metadata=described(
+            "(time, (v_x, v_y), turning rate, standing) of every command", "s, m/s, rad/s"
+        )
+    )
+    fate: int = field(metadata=described("how it fell, 0 if it stands; see `worlds.body.plant`"))
+    joints: tuple[str, ...] = field(
+        metadata=described("names of the motors' joints, in order, shape (m,)")
+    )
+    knees: tuple[int, int] = field(
+        metadata=described("which of them are the left and the right knee")
+    )
+    motor_positions: Array = field(
+        metadata=described("indices of their angles in `position`, shape (m,)")
+    )
+    motor_dofs: Array = field(metadata=described("likewise of their rates in `velocity`"))
+    torque_limit: Array = field(metadata=described("of the motors, shape (m,); may be inf", "N m"))
+    speed_limit: Array = field(metadata=described("likewise", "rad/s"))
+    position: Array = field(metadata=_rows("f4", "generalised, shape (n, nq)"))
+    velocity: Array = field(metadata=_rows("f4", "likewise, shape (n, nv)"))
+    told_position: Array = field(
+        metadata=_rows("f4", "as the controller was given it; no rows if it was the truth")
+    )
+    told_velocity: Array = field(metadata=_rows("f4", "likewise"))
+    torque: Array = field(metadata=_rows("f4", "what the motors gave, shape (n, m)", "N m"))
+    com: Array = field(metadata=_rows("f8", "centre of mass, shape (n, 3)", "m"))
+    com_velocity: Array = field(metadata=_rows("f8", "its velocity, shape (n, 3)", "m/s"))
+    zmp: Array = field(
+        metadata=_rows("f8", "of all forces of the floor, NaN without any, shape (n, 2)", "m")
+    )
+    sole_position: Array = field(
+        metadata=_rows("f8", "centres of the soles, left and right, shape (n, 2, 3)", "m")
+    )
+    sole_turn: Array = field(
+        metadata=_rows("f8", "their roll, pitch and yaw, shape (n, 2, 3)", "rad")
+    )
+    sole_force: Array = field(
+        metadata=_rows("f8", "of the floor on each of them, shape (n, 2, 3)", "N")
+    )
+    base_turn: Array = field(
+        metadata=_rows("f8", "roll, pitch and yaw of the base, shape (n, 3)", "rad")
+    )
+    phase: Array = field(metadata=_rows("i1", "2 while one foot carries, shape (n,); else both do"))
+    support: Array = field(
+        metadata=_rows("i1", "0 or 1 for the left or right foot on the ground, shape (n,)")
+    )
+    steps: Array = field(metadata=_rows("i4", "number of the step, shape (n,)"))
+    swing_plan: Array = field(
+        metadata=_rows("f8", "reference of the swinging sole, shape (n, 3)", "m")
+    )
+    course: Array = field(
+        metadata=_rows("f8", "where the robot should be, x, y and heading, shape (n, 3)", "m, rad")
+    )
+    solver: Array = field(
+        metadata=_rows("i2", "status of the mapping to joints, 1 or more if it succeeded")
+    )
+    sense_time: Array = field(
+        metadata=_rows("f8", "wall clock of the estimate from the readings, shape (n,)", "s"),
+        compare=False,
+    )
+    physics_time: Array = field(metadata=_rows("f8", "likewise of physics", "s"), compare=False)
+    boards: Array = field(
+        metadata=described(
+            "on the floor, shape (k, 6): x, y and half the sides [m], heading [rad], height [m]"
+        ),
+        default_factory=lambda: np.zeros((0, 6)),
+    )
+    mass: float | None = field(
+        metadata=described(
+            "of all links and the payload; None in files of before it was kept", "kg"
+        ),
+        default=None,
+    )
 
     @property
     def walking(self) -> NDArray[np.bool_]:
@@ -286,11 +296,15 @@ class BodyTrace:
             if isinstance(ours := getattr(self, item.name), np.ndarray)
             else ours == theirs
             for item in fields(self)
-            if item.name not in MEASURED
+            if item.compare
             for theirs in [getattr(other, item.name)]
         )
 
     __hash__ = None  # type: ignore[assignment]
+
+
+ROWS = {of.name: of.metadata["kind"] for of in fields(BodyTrace) if "kind" in of.metadata}
+"""The fields with a row for each cycle, and their types; all others have none."""
 
 
 def trace_of(about: dict[str, Any], arrays: dict[str, Array]) -> BodyTrace:

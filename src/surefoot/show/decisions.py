@@ -7,22 +7,21 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from matplotlib import style
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
-from surefoot.checks import check_writable
 from surefoot.control.unified.problem import Limit
 from surefoot.dcm.leg import furthest
 from surefoot.dcm.nominal_gait import NominalGait
 from surefoot.robot.feet import Side
 from surefoot.rollout.rollout import Rollout
 from surefoot.show import palette
-from surefoot.show.picture_file import FORMATS, write_picture
-from surefoot.show.stances import Stance, broken, stances
+from surefoot.show.page import add_axes
+from surefoot.show.picture_file import draw_picture
+from surefoot.show.stances import Stance, broken, runs, stances
 from surefoot.show.walk_events import shade_push_in_time
 from surefoot.show.words import LIMIT_WORDS, title
 
@@ -71,30 +70,12 @@ class DecidedWalk:
 
 
 def draw_decisions(walks: Sequence[DecidedWalk], path: Path) -> None:
-    """Draw the decisions of walks into a file, beside each other.
-
-    Args:
-        walks: one or more.
-        path: file to write; its ending names the format (.png, .pdf, .svg).
-
-    Raises:
-        FileError: another ending, or the file cannot be written.
-    """
-    check_writable(path, FORMATS)
-    with style.context(["default", palette.STYLE]):
-        figure = decision_figure(walks)
-    write_picture(figure, path, "decisions of the unified controller")
+    """Draw the decisions of walks into a file, beside each other; see `draw_picture`."""
+    draw_picture(lambda: decision_figure(walks), path, "decisions of the unified controller")
 
 
 def decision_figure(walks: Sequence[DecidedWalk]) -> Figure:
-    """Plots over time, one column for each walk; the same scales in all.
-
-    Args:
-        walks: one or more.
-
-    Returns:
-        A figure of its own, not known to pyplot.
-    """
+    """Plots over time, one column for each walk; the same scales in all."""
     wide = _WIDTH_ALONE if len(walks) == 1 else _WIDTH_BESIDE
     width = _LEFT + len(walks) * (wide + _SPACE) - _SPACE + _RIGHT
     head = _HEAD if all(walk.name for walk in walks) else 2.0 * _HEAD
@@ -102,12 +83,11 @@ def decision_figure(walks: Sequence[DecidedWalk]) -> Figure:
     figure = Figure(figsize=(width, height), facecolor="white")
     columns = []
     for column, walk in enumerate(walks):
-        left, top, axes = _LEFT + column * (wide + _SPACE), height - head, []
+        left, top, axes = _LEFT + column * (wide + _SPACE), head, []
         for label, tall in _ROWS:
-            top -= tall
-            ax = figure.add_axes((left / width, top / height, wide / width, tall / height))
-            top -= _GAP
-            ax.grid(axis="y", color="#e8e8e8", linewidth=0.5)
+            ax = add_axes(figure, (left, top, wide, tall))
+            top += tall + _GAP
+            ax.grid(axis="y", color=palette.GRID, linewidth=0.5)
             ax.set_axisbelow(True)
             ax.tick_params(labelbottom=False, labelleft=column == 0)
             if column == 0:
@@ -241,11 +221,9 @@ def _draw_limits(ax: Axes, walk: DecidedWalk) -> None:
     """A bar for as long as a limit shaped the decisions, brief interruptions left out."""
     time, active = walk.rollout.time, walk.decided["active"]
     for row, limit in enumerate(LIMIT_WORDS):
-        flags = (active & int(limit)) != 0
-        edges = np.flatnonzero(np.diff(np.concatenate(([0], flags.astype(int), [0]))))
         bars: list[tuple[float, float]] = []
-        for first, last in edges.reshape(-1, 2):
-            start, end = float(time[first]), float(time[min(last, len(time) - 1)])
+        for run in runs((active & int(limit)) != 0):
+            start, end = float(time[run.start]), float(time[min(run.stop, len(time) - 1)])
             if bars and start - sum(bars[-1]) < _BRIEF:
                 start = bars.pop()[0]
             bars.append((start, max(end - start, _THIN)))

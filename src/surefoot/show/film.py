@@ -11,32 +11,32 @@ import imageio_ffmpeg
 import mujoco
 import numpy as np
 from matplotlib import font_manager
-from matplotlib.colors import to_rgb
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
 from surefoot.checks import check_writable
 from surefoot.errors import ParameterError
-from surefoot.robot.feet import Side
 from surefoot.robot.floor import laid_boards
 from surefoot.robot.multibody import Multibody, load_multibody
 from surefoot.robot.robot import STANDARD_GRAVITY
 from surefoot.rollout.rollout import Rollout
 from surefoot.rollout.trace import BodyTrace
 from surefoot.show import palette
-from surefoot.show.off_screen import OffScreen, lighten, shown_shapes
+from surefoot.show.plotted_walk import PlottedWalk, Sole
 from surefoot.show.scene import (
     DARKEST,
+    OffScreen,
     camera_at,
     draw_floor_force,
     draw_push,
     filmed_model,
-    footprint_colour,
+    lighten,
     mark_point,
     mark_sole,
     set_stage,
+    shown_shapes,
 )
-from surefoot.show.stances import Commanded
+from surefoot.show.stances import command_at, commanded
 from surefoot.show.words import command_words, push_label
 
 FORMATS = (".mp4", ".gif")
@@ -71,14 +71,27 @@ class Film:
     """The pictures of a walk.
 
     Args:
-        rollout: the walk.
-        trace: its `body`.
+        rollout: the walk of a body.
         rate: pictures a second [1/s].
     """
 
     rollout: Rollout
-    trace: BodyTrace
     rate: int = RATE
+
+    @property
+    def trace(self) -> BodyTrace:
+        """What the body did.
+
+        Raises:
+            ParameterError: it is the walk of a point mass.
+        """
+        if self.rollout.body is None:
+            raise ParameterError(
+                "the walk of a body in physics to film",
+                "the walk of a point mass",
+                "walk with simulate_body (--simulator mujoco)",
+            )
+        return self.rollout.body
 
     def __len__(self) -> int:
         """How many pictures it has."""
@@ -124,7 +137,7 @@ class Film:
         model = filmed_model(self.multibody)
         data, options = mujoco.MjData(model), shown_shapes(self.multibody)
         everything = mujoco.mjtCatBit.mjCAT_ALL.value
-        captions = Captions(self.rollout, self.trace, size)
+        captions = Captions(self.rollout, size)
         with OffScreen(model, *size) as screen:
             for row in self.rows:
                 data.qpos[:] = self.trace.position[row]
@@ -142,8 +155,9 @@ class Film:
     def _draw_control(self, screen: OffScreen, row: int) -> None:
         scene, trace, rollout = screen.scene, self.trace, self.rollout
         half, now = trace.robot.foot.half, float(rollout.time[row])
-        for place, yaw, side in self._footprints(row):
-            mark_sole(scene, half, place, yaw, footprint_colour(side), 0.35)
+        left = [sole for sole in self._soles if sole.samples.stop <= row]
+        for sole in left[-FOOTPRINTS:]:
+            mark_sole(scene, half, sole.centre, sole.yaw, palette.SOLE_EDGE[sole.side], 0.35)
         if trace.walking[row]:
             command = rollout.commands[row]
             yaw = float(trace.course[row, 2])
@@ -159,19 +173,9 @@ class Film:
                 draw_push(scene, trunk, push.force, self._weight)
 
     @cached_property
-    def _places(self) -> list[tuple[int, NDArray[np.float64], float, Side]]:
-        """When every foot left the ground, where it had stood, its heading, and which it was."""
-        trace, places = self.trace, []
-        changes = np.flatnonzero(np.diff(trace.steps) != 0) + 1
-        for row in changes.tolist():
-            foot = 1 - int(trace.support[row])
-            place, yaw = trace.sole_position[row, foot, :2], float(trace.sole_turn[row, foot, 2])
-            places.append((row, place, yaw, Side(2 * foot - 1)))
-        return places
-
-    def _footprints(self, row: int) -> list[tuple[NDArray[np.float64], float, Side]]:
-        left = [(place, yaw, side) for when, place, yaw, side in self._places if when <= row]
-        return left[-FOOTPRINTS:]
+    def _soles(self) -> list[Sole]:
+        """Where the feet stood, in the order in which they left the ground."""
+        return sorted(PlottedWalk(self.rollout).soles, key=lambda sole: sole.samples.stop)
 
 
 class Captions:
@@ -179,12 +183,11 @@ class Captions:
 
     Args:
         rollout: the walk.
-        trace: its `body`.
         size: of the pictures [pixel].
     """
 
-    def __init__(self, rollout: Rollout, trace: BodyTrace, size: tuple[int, int]) -> None:
-        self.rollout, self.trace = rollout, trace
+    def __init__(self, rollout: Rollout, size: tuple[int, int]) -> None:
+        self.rollout = rollout
         self._unit = size[1] / 540.0
         path = font_manager.findfont("DejaVu Sans")
         bold = font_manager.findfont("DejaVu Sans:bold")
@@ -195,9 +198,10 @@ class Captions:
         """The picture with its captions."""
         image, u = Image.fromarray(picture), self._unit
         draw, now = ImageDraw.Draw(image), float(self.rollout.time[row])
-        title = f"{self.trace.robot.name}  ·  {self.rollout.controller}"
+        title = f"{self.rollout.robot.name}  ·  {self.rollout.controller}"
         draw.text((18 * u, 14 * u), title, "#333333", self._bold)
-        draw.text((18 * u, 44 * u), self._command(now), "#333333", self._font)
+        command = command_words(command_at(commanded(self.rollout), now))
+        draw.text((18 * u, 44 * u), command, "#333333", self._font)
         draw.text((18 * u, image.height - 36 * u), f"{now:.2f} s", "#333333", self._bold)
         event = self._event(now)
         if event:
@@ -216,10 +220,6 @@ class Captions:
             x -= 36 * u
         return np.asarray(image)
 
-    def _command(self, now: float) -> str:
-        begun = [command for command in self.trace.steering if command[0] <= now + 1e-9]
-        return command_words(Commanded(*begun[-1]))
-
     def _event(self, now: float) -> tuple[str, str] | None:
         fall = self.rollout.body_fall
         if fall is not None and now >= fall.time:
@@ -228,15 +228,6 @@ class Captions:
             if push.start <= now < max(push.end, push.start + 2.0 * PUSH_SHOWN):
                 return f"push {push_label(push)}", palette.PUSH_EDGE
         return None
-
-
-def check_video_path(path: Path) -> None:
-    """Refuse a path to which no film can be written, before a walk is computed.
-
-    Raises:
-        FileError: an unknown ending, no such directory, or no permission.
-    """
-    check_writable(path, FORMATS)
 
 
 def film_walk(
@@ -254,15 +245,9 @@ def film_walk(
         DisplayError: there is no OpenGL without a screen.
         FileError: the file cannot be written.
     """
-    check_video_path(path)
-    if rollout.body is None:
-        raise ParameterError(
-            "the walk of a body in physics to film",
-            "the walk of a point mass",
-            "walk with simulate_body (--simulator mujoco)",
-        )
+    check_writable(path, FORMATS)
     animated = path.suffix.lower() == ".gif"
-    film = Film(rollout, rollout.body, GIF_RATE if animated else RATE)
+    film = Film(rollout, GIF_RATE if animated else RATE)
     pictures = _counted(film, GIF_SIZE if animated else SIZE, progress)
     if animated:
         _write_gif(pictures, path)
@@ -308,7 +293,7 @@ def _common_colours(images: list[Image.Image]) -> Image.Image:
     width, height = images[0].size
     marks = [palette.DCM, palette.ZMP, palette.ADAPTED, palette.PUSH, palette.ALARM]
     shades = [
-        tuple(round(255.0 * part * shade) for part in to_rgb(colour))
+        tuple(round(part * shade) for part in palette.rgb(colour))
         for colour in marks
         for shade in (1.0, 0.75, 0.5)
     ]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Sequence
 from typing import Any
 
@@ -22,6 +21,7 @@ from surefoot.dcm.viability import viable_offsets
 from surefoot.errors import VelocityError
 from surefoot.robot.feet import Side
 from surefoot.robot.robot import Robot
+from surefoot.show.words import finite
 
 _FEET = {"point_foot": "A point foot", "finite_foot": "The whole sole"}
 """How the feet are called in the numbers, and over a table."""
@@ -133,8 +133,8 @@ def push_limits_summary(
         "elapsed": list(phases),
         "legs": [
             {
-                "leg_speed": _finite(robot.swing.max_speed),
-                "leg_acceleration": _finite(robot.swing.max_acceleration),
+                "leg_speed": finite(robot.swing.max_speed),
+                "leg_acceleration": finite(robot.swing.max_acceleration),
                 "duration": duration,
                 **(
                     {"refused": refused[number].got}
@@ -278,7 +278,3 @@ def _numbers(limits: Sequence[ImpulseLimit]) -> dict[str, list[float]]:
         "impulse": [limit.impulse for limit in limits],
         "delta_v": [limit.delta_v for limit in limits],
     }
-
-
-def _finite(value: float) -> float | None:
-    return value if math.isfinite(value) else None

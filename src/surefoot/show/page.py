@@ -10,10 +10,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from surefoot.show.ground import LINE, Extent
+from surefoot.show.stances import pair
 
 WIDTH, BODY_WIDTH = 11.0, 12.0
 """Of the page [in]."""
@@ -21,11 +22,8 @@ WIDTH, BODY_WIDTH = 11.0, 12.0
 LONG = 2.2
 """From this ratio of length to breadth on, the walk takes the whole width."""
 
-_LEFT, _RIGHT, _GAP, _FOOT = 0.9, 0.3, 0.13, 0.5
-_COLUMN = 4.3
-
-_BODY_LEFT, _BODY_RIGHT, _BODY_GAP = 0.95, 1.9, 0.12
-_BODY_VIEW = BODY_WIDTH - _BODY_LEFT - _BODY_RIGHT
+_LEFT, _RIGHT, _BODY_RIGHT, _GAP, _FOOT = 0.9, 0.3, 1.9, 0.13, 0.5
+_COLUMN, _BODY_VIEW = 4.3, BODY_WIDTH - _LEFT - _BODY_RIGHT
 
 TALLEST, SHORTEST = 4.6, 1.7
 """Of the top view of a body [in]."""
@@ -33,8 +31,36 @@ TALLEST, SHORTEST = 4.6, 1.7
 COARSEST, HIGHEST = 0.25, 7.5
 """A top view whose scale would be coarser [m/in] is as much taller, up to this height [in]."""
 
+LINE = 0.19
+"""Distance between two lines of words [in]."""
+
 Box = tuple[float, float, float, float]
 """Left, top, width and height from the upper left corner of the page, downwards [in]."""
+
+
+@dataclass(frozen=True)
+class Extent:
+    """The part of the ground that a picture shows.
+
+    Attributes:
+        low: smallest x and y [m].
+        high: largest x and y [m].
+    """
+
+    low: tuple[float, float]
+    high: tuple[float, float]
+
+    @property
+    def size(self) -> tuple[float, float]:
+        """Extent in x and in y [m]."""
+        return self.high[0] - self.low[0], self.high[1] - self.low[1]
+
+    def filling(self, width: float, height: float) -> Extent:
+        """The extent, grown in one direction to the proportions of a box."""
+        (size_x, size_y), middle = self.size, np.add(self.low, self.high) / 2.0
+        scale = max(size_x / width, size_y / height)
+        half = np.array([width, height]) * scale / 2.0
+        return Extent(pair(middle - half), pair(middle + half))
 
 
 @dataclass(frozen=True)
@@ -58,17 +84,26 @@ class Page:
     legend: tuple[float, float]
     legend_look: dict[str, Any]
 
-    def add_axes(self, figure: Figure, box: Box) -> Axes:
-        """Axes in a box."""
-        left, top, width, height = box
-        bottom = self.height - top - height
-        return figure.add_axes(
-            (left / self.width, bottom / self.height, width / self.width, height / self.height)
-        )
-
     def at(self, left: float, top: float) -> tuple[float, float]:
         """A place as matplotlib wants it: parts of the figure, from the lower left corner."""
         return left / self.width, 1.0 - top / self.height
+
+
+def add_axes(figure: Figure, box: Box) -> Axes:
+    """Axes in a box."""
+    (left, top, width, height), (across, up) = box, figure.get_size_inches()
+    return figure.add_axes((left / across, 1.0 - (top + height) / up, width / across, height / up))
+
+
+def width_of(ax: Axes) -> float:
+    """Of axes [in]."""
+    return ax.get_position().width * ax.figure.get_figure(root=True).get_size_inches()[0]
+
+
+def units_per_inch(ax: Axes) -> float:
+    """The scale of x: of a top view [m/in], of a plot over time [s/in]."""
+    low, high = ax.get_xlim()
+    return (high - low) / width_of(ax)
 
 
 def view_size(extent: Extent, of_body: bool) -> tuple[float, float]:
@@ -103,40 +138,27 @@ def lay_out(
     """
     width, height = view_size(extent, of_body)
     shown, top = extent.filling(width, height), title_height + 0.12 + LINE * push_lines
-    if of_body:
-        top += 0.04
-        plots = _below_each_other(_BODY_LEFT, top + height + 0.62, width, heights, _BODY_GAP)
-        legend = (_BODY_LEFT + width + 0.1, top - 0.05)
-        look = {"fontsize": 8.0, "handlelength": 1.6}
-        top_view = (_BODY_LEFT, top, width, height)
-        return Page(BODY_WIDTH, _end(plots) + _FOOT, shown, top_view, plots, legend, look)
-    below = top + height + 0.52
-    wide = extent.size[0] >= LONG * extent.size[1]
-    columns = 6 if wide else 2
+    wide, below = extent.size[0] >= LONG * extent.size[1], top + height + 0.52
+    columns = 1 if of_body else (6 if wide else 2)
     legend_height = 1.15 * LINE * math.ceil(entries / columns)
-    if wide:
-        plots = _below_each_other(_LEFT, below + legend_height + 0.35, width, heights, _GAP)
-        end = _end(plots)
-    else:
-        left = _LEFT + width + 1.05
-        across = WIDTH - left - _RIGHT
-        plots = _below_each_other(left, title_height + 0.25, across, heights, _GAP)
-        end = max(_end(plots), below + legend_height - _FOOT)
     look = {"ncols": columns, "borderpad": 0.0, "handlelength": 2.2, "columnspacing": 1.2}
+    legend, plots = (_LEFT, below), (_LEFT, below + legend_height + 0.35, width)
+    if of_body:
+        legend, plots = (_LEFT + width + 0.1, top), (_LEFT, below + 0.1, width)
+        look |= {"fontsize": 8.0, "handlelength": 1.6}
+    elif not wide:
+        left = _LEFT + width + 1.05
+        plots = (left, title_height + 0.25, WIDTH - left - _RIGHT)
+    boxes = _below_each_other(*plots, heights)
+    end = max(boxes[-1][1] + boxes[-1][3], legend[1] + legend_height - _FOOT)
     top_view = (_LEFT, top, width, height)
-    return Page(WIDTH, end + _FOOT, shown, top_view, plots, (_LEFT, below), look)
+    page_width = BODY_WIDTH if of_body else WIDTH
+    return Page(page_width, end + _FOOT, shown, top_view, boxes, legend, look)
 
 
-def _below_each_other(
-    left: float, top: float, width: float, heights: Sequence[float], gap: float
-) -> list[Box]:
+def _below_each_other(left: float, top: float, width: float, heights: Sequence[float]) -> list[Box]:
     boxes = []
     for height in heights:
         boxes.append((left, top, width, height))
-        top += height + gap
+        top += height + _GAP
     return boxes
-
-
-def _end(boxes: list[Box]) -> float:
-    """The lower edge of the last box [in]."""
-    return boxes[-1][1] + boxes[-1][3]

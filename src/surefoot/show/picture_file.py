@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from io import BytesIO
 from pathlib import Path
 
@@ -10,9 +11,9 @@ from matplotlib.figure import Figure
 from matplotlib.path import Path as Outline
 from matplotlib.patheffects import withStroke
 
+from surefoot.checks import check_writable
 from surefoot.errors import FileError
 from surefoot.show import palette
-from surefoot.show.method_marks import Mark
 from surefoot.version import VERSION
 
 FORMATS = (".png", ".pdf", ".svg")
@@ -50,7 +51,7 @@ def picture_bytes(figure: Figure, form: str, title: str = "", description: str =
     return stream.getvalue()
 
 
-def marker_path(how: Mark) -> Outline:
+def marker_path(how: palette.Mark) -> Outline:
     """The marker of a method as matplotlib wants it."""
     return Outline([*how.outline, how.outline[0]], closed=True)
 
@@ -68,3 +69,23 @@ def write_picture(figure: Figure, path: Path, title: str = "", description: str 
         raise FileError(
             "a file that can be written", f"{path}: {error.strerror}", "choose another place"
         ) from error
+
+
+def draw_picture(
+    make: Callable[[], Figure], path: Path, title: str = "", description: str = ""
+) -> None:
+    """Make a picture in the house's style, and write it; see `picture_bytes`.
+
+    Args:
+        make: the picture.
+        path: file to write; its ending names the format (.png, .pdf, .svg).
+        title: of the file.
+        description: what else the file says about the picture.
+
+    Raises:
+        FileError: another ending, or the file cannot be written.
+    """
+    check_writable(path, FORMATS)
+    with style.context(["default", palette.STYLE]):
+        figure = make()
+    write_picture(figure, path, title, description)

@@ -8,18 +8,19 @@ from pathlib import Path
 
 import mujoco
 import numpy as np
-from matplotlib import style
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Polygon, Wedge
 from numpy.typing import NDArray
+from scipy.spatial import ConvexHull
 
-from surefoot.robot.feet import Side
+from surefoot.robot.feet import FEET, Side
 from surefoot.robot.legs import NominalPose
-from surefoot.robot.multibody import SIDES, Multibody
+from surefoot.robot.multibody import Multibody
 from surefoot.show import palette
-from surefoot.show.off_screen import OffScreen, lighten, shown_groups, shown_shapes
-from surefoot.show.picture_file import HALO, write_picture
+from surefoot.show.page import add_axes
+from surefoot.show.picture_file import HALO, draw_picture
+from surefoot.show.scene import OffScreen, add_shape, lighten, shown_groups, shown_shapes
 
 AXIS_COLOURS = ("#d55e00", "#009e73", "#0072b2")
 """Of x, y and z."""
@@ -41,28 +42,17 @@ _FAR = 50.0
 
 
 def draw_robot(mechanism: Multibody, pose: NominalPose, path: Path) -> None:
-    """Draw a robot into a file.
-
-    Args:
-        mechanism: of the robot.
-        pose: of the same mechanism.
-        path: file to write; its ending names the format (.png, .pdf, .svg).
+    """Draw a robot and the pose of its mechanism into a file; see `draw_picture`.
 
     Raises:
         DisplayError: there is no OpenGL without a screen.
-        FileError: the file cannot be written.
     """
-    with style.context(["default", palette.STYLE]):
-        figure = robot_figure(mechanism, pose)
-    write_picture(figure, path, f"{mechanism.robot.name} in its nominal pose")
+    title = f"{mechanism.robot.name} in its nominal pose"
+    draw_picture(lambda: robot_figure(mechanism, pose), path, title)
 
 
 def robot_figure(mechanism: Multibody, pose: NominalPose) -> Figure:
-    """The picture of a robot; a figure of its own, not known to pyplot.
-
-    Raises:
-        DisplayError: there is no OpenGL without a screen.
-    """
+    """The picture of a robot, not known to pyplot; raises as `draw_robot`."""
     views = _views(mechanism)
     scale = _VIEW / (views[0].up[1] - views[0].up[0])
     widths = [scale * (view.across[1] - view.across[0]) for view in views]
@@ -70,9 +60,7 @@ def robot_figure(mechanism: Multibody, pose: NominalPose) -> Figure:
     figure = Figure(figsize=page)
     axes, left = [], _LEFT
     for width, height in zip((*widths, _LAST), (_VIEW, _VIEW, 0.62 * _VIEW), strict=True):
-        bottom = _BOTTOM + _VIEW - height
-        box = (left / page[0], bottom / page[1], width / page[0], height / page[1])
-        axes.append(figure.add_axes(box))
+        axes.append(add_axes(figure, (left, _HEIGHT - _BOTTOM - _VIEW, width, height)))
         left += width + _GAP
     pictures = draw_elevations(mechanism, views)
     for axis, picture, view, plane in zip(axes, pictures, views, (FRONT, RIGHT), strict=False):
@@ -97,7 +85,7 @@ def _views(mechanism: Multibody) -> list[Elevation]:
 
 
 def _extent(mechanism: Multibody) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Corners of the box around all that is seen, or around the links if nothing is."""
+    """Corners of the box around all that is drawn, or around the links if nothing is."""
     model, data = mechanism.model, mechanism.data()
     corners = np.array(np.meshgrid(*[(-1.0, 1.0)] * 3)).reshape(3, 8).T
     points, groups = [data.xpos[1:]], shown_groups(mechanism)
@@ -126,7 +114,7 @@ def _draw_elevation(
     data = mechanism.data()
     base = data.xpos[mechanism.base]
     _draw_frame(axis, base, data.xmat[mechanism.base].reshape(3, 3), _BASE_ARROW, plane)
-    feet = zip(SIDES, pose.soles, pose.axes, strict=True)
+    feet = zip(FEET, pose.soles, pose.axes, strict=True)
     for side, sole, axes in feet if plane == FRONT else [tuple(feet)[1]]:
         _draw_frame(axis, sole, axes, _SOLE_ARROW, plane)
         _label(
@@ -198,11 +186,12 @@ def _draw_from_above(axis: Axes, mechanism: Multibody, pose: NominalPose) -> Non
     axis.set_ylabel("y [m]")
     axis.set_aspect("equal")
     half = np.array(mechanism.robot.foot.half)
-    for side, sole, axes, shape in zip(SIDES, pose.soles, pose.axes, pose.foot_shapes, strict=True):
+    for side, sole, axes, shape in zip(FEET, pose.soles, pose.axes, pose.foot_shapes, strict=True):
         colour = Side[side.upper()]
         turn = axes[:2, :2]
         if len(shape):
-            outline = sole[:2] + _hull(shape[:, :2]) @ turn.T
+            corners = shape[ConvexHull(shape[:, :2]).vertices, :2]
+            outline = sole[:2] + corners @ turn.T
             axis.add_patch(Polygon(outline, facecolor=palette.BOTH_SOLES, edgecolor=palette.QUIET))
         corners = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)]) * half
         axis.add_patch(
@@ -217,24 +206,6 @@ def _draw_from_above(axis: Axes, mechanism: Multibody, pose: NominalPose) -> Non
     reach = pose.spacing / 2 + half[1] + 0.1
     axis.set_ylim(-reach, reach)
     axis.set_xlim(*(np.array([-1.0, 1.0]) * reach * _LAST / (0.62 * _VIEW)))
-
-
-def _hull(points: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Corners of the convex hull of points in a plane, anticlockwise."""
-    ordered = sorted(set(map(tuple, points.tolist())))
-    corners: list[tuple[float, float]] = []
-    for sweep in (ordered, ordered[::-1]):
-        part: list[tuple[float, float]] = []
-        for point in sweep:
-            while len(part) >= 2 and _turns_right(part[-2], part[-1], point):
-                part.pop()
-            part.append(point)
-        corners += part[:-1]
-    return np.array(corners)
-
-
-def _turns_right(a: tuple[float, float], b: tuple[float, float], c: tuple[float, float]) -> bool:
-    return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]) <= 0.0
 
 
 def _facts(mechanism: Multibody, pose: NominalPose) -> str:
@@ -254,7 +225,7 @@ def _facts(mechanism: Multibody, pose: NominalPose) -> str:
 
 @dataclass(frozen=True)
 class Elevation:
-    """What is seen from one side.
+    """A view from one side.
 
     Attributes:
         azimuth: direction of sight, 90 from the right side, 180 from the front [deg].
@@ -287,18 +258,7 @@ class Elevation:
 
 
 def draw_elevations(mechanism: Multibody, views: list[Elevation]) -> list[NDArray[np.uint8]]:
-    """Pictures of a mechanism in its nominal pose, on white.
-
-    Args:
-        mechanism: to be drawn.
-        views: from where.
-
-    Returns:
-        For each view an array (height, width, 3).
-
-    Raises:
-        DisplayError: there is no OpenGL without a screen.
-    """
+    """Pictures of a mechanism in its nominal pose, on white: of each view (height, width, 3)."""
     data, model, options = mechanism.data(), mechanism.model, shown_shapes(mechanism)
     model.vis.map.zfar = 4.0 * _FAR / model.stat.extent
     model.vis.headlight.ambient[:] = 0.45
@@ -337,14 +297,7 @@ def _hide(scene: mujoco.MjvScene, geom: int) -> None:
 
 def _hang_wall(scene: mujoco.MjvScene, view: Elevation) -> None:
     """Behind the robot, white: an empty background would be black."""
-    sight = np.radians(view.azimuth)
-    wall = scene.geoms[scene.ngeom]
-    mujoco.mjv_initGeom(
-        wall,
-        mujoco.mjtGeom.mjGEOM_BOX,
-        np.array([0.1, 20.0, 20.0]),
-        0.5 * _FAR * np.array([np.cos(sight), np.sin(sight), 0.0]),
-        np.array([np.cos(sight), -np.sin(sight), 0, np.sin(sight), np.cos(sight), 0, 0, 0, 1.0]),
-        np.ones(4, np.float32),
-    )
-    scene.ngeom += 1
+    yaw = math.radians(view.azimuth)
+    place = 0.5 * _FAR * np.array([math.cos(yaw), math.sin(yaw), 0.0])
+    kind = mujoco.mjtGeom.mjGEOM_BOX
+    add_shape(scene, kind, (0.1, 20.0, 20.0), place, (1.0, 1.0, 1.0, 1.0), yaw=yaw)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import NamedTuple
@@ -10,14 +11,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from surefoot.dcm.frame_turn import rotated
 from surefoot.dcm.nominal_gait import NominalGait, nominal_gait
 from surefoot.dcm.pushes import Push
 from surefoot.errors import SurefootError
-from surefoot.geometry import wrapped
+from surefoot.geometry import rotated, wrapped
 from surefoot.interface import Mode
 from surefoot.robot.feet import Side
-from surefoot.robot.robot import Foot
 from surefoot.rollout.rollout import Rollout
 
 NOTICEABLE = 0.002
@@ -124,7 +123,7 @@ def commanded(rollout: Rollout) -> list[Commanded]:
         return [Commanded(*command) for command in rollout.body.steering]
     velocities: list[tuple[float, tuple[float, float]]] = []
     for time, velocity in rollout.velocities:
-        own = own_velocity(velocity, heading_at(rollout, time))
+        own = _own_velocity(velocity, heading_at(rollout, time))
         if not velocities or (time <= rollout.time[-1] and own != velocities[-1][1]):
             velocities.append((time, own))
     ends = [time for time, _ in velocities[1:]] + [math.inf]
@@ -132,6 +131,11 @@ def commanded(rollout: Rollout) -> list[Commanded]:
         Commanded(start, velocity, _turning(rollout, start, end), False)
         for (start, velocity), end in zip(velocities, ends, strict=True)
     ]
+
+
+def command_at(commands: Sequence[Commanded], time: float) -> Commanded:
+    """The last one that has begun by a time [s]."""
+    return [one for one in commands if one.time <= time + 1e-9][-1]
 
 
 def _turning(rollout: Rollout, start: float, end: float) -> float:
@@ -151,7 +155,7 @@ def heading_at(rollout: Rollout, time: float) -> float:
     return float(rollout.observations["support_yaw"][max(cycle, 0)])
 
 
-def own_velocity(velocity: tuple[float, float], heading: float) -> tuple[float, float]:
+def _own_velocity(velocity: tuple[float, float], heading: float) -> tuple[float, float]:
     """A velocity of the world's frame in that of a robot with this heading [rad]."""
     if heading == 0.0:
         return velocity
@@ -167,7 +171,7 @@ def walks_on_footholds(rollout: Rollout) -> bool:
 def gait_at(rollout: Rollout, time: float) -> NominalGait | None:
     """The nominal gait for the velocity commanded at a time [s].
 
-    None if the plant cannot walk it, because the controller believes in another robot.
+    None if the plant cannot walk it, because the controller plans for another robot.
     """
     commanded = [velocity for start, velocity in rollout.velocities if start <= time]
     velocity = commanded[-1] if commanded else rollout.velocities[0][1]
@@ -219,64 +223,6 @@ def touchdown_cycles(rollout: Rollout) -> list[int]:
     return (np.flatnonzero(np.diff(rollout.body.steps) > 0) + 1).tolist()
 
 
-def broken_plan(rollout: Rollout, parts: list[Stance]) -> NDArray[np.float64]:
-    """The planned DCM, cut where it jumps at a touchdown.
-
-    That of a body is NaN there and while it stands, one row a cycle; see `broken` for a point mass.
-    """
-    body = rollout.body
-    if body is None:
-        return broken(rollout.dcm_plan, parts)
-    plan = np.where(body.walking[:, None], rollout.dcm_plan, np.nan)
-    plan[1:][np.diff(body.steps) != 0] = np.nan
-    return plan
-
-
-def support_bounds(
-    rollout: Rollout,
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """The extent of the ground that carries: one sole, or both and what lies between them.
-
-    Returns:
-        Least and largest x and y, each of shape (n, 2) [m].
-    """
-    foot, seen = rollout.support_foot, rollout.observations
-    shared = (rollout.commands["double_support"] != 0)[:, None]
-    reach = sole_reach(rollout.robot.foot, seen["support_yaw"])
-    other_reach = sole_reach(rollout.robot.foot, seen["swing_yaw"])
-    other = rollout.swing_foot[:, :2]
-    low, high = foot - reach, foot + reach
-    return (
-        np.where(shared, np.minimum(low, other - other_reach), low),
-        np.where(shared, np.maximum(high, other + other_reach), high),
-    )
-
-
-def sole_reach(foot: Foot, yaw: float | NDArray[np.float64]) -> NDArray[np.float64]:
-    """How far a sole reaches from its centre along the axes of the world (x, y) [m].
-
-    Args:
-        foot: the sole.
-        yaw: its heading, of any shape [rad].
-
-    Returns:
-        Shape (..., 2).
-    """
-    (half_x, half_y), cos, sin = foot.half, np.abs(np.cos(yaw)), np.abs(np.sin(yaw))
-    return np.stack([cos * half_x + sin * half_y, sin * half_x + cos * half_y], axis=-1)
-
-
-def zmp_outside(rollout: Rollout) -> NDArray[np.bool_]:
-    """Where the ZMP is outside the soles on the ground, by axis, shape (n, 2).
-
-    Between two soles it can be outside though each coordinate is within bounds: then both count.
-    """
-    outside = rollout.zmp_excess > 0.0
-    low, high = support_bounds(rollout)
-    beyond = outside[:, None] & ((rollout.zmp < low) | (rollout.zmp > high))
-    return beyond | (outside & ~beyond.any(axis=1))[:, None]
-
-
 def acting_pushes(rollout: Rollout) -> list[Push]:
     """The pushes that act on the robot during the run, in the order in which they begin."""
     first, last = rollout.time[0], rollout.time[-1]
@@ -296,3 +242,10 @@ def push_opacity(rollout: Rollout, push: Push) -> float:
     lasting = push.duration > 0.5 * (rollout.time[-1] - rollout.time[0])
     strength = float(np.hypot(*push.force)) / max(*forces, 1e-9)
     return 0.16 if lasting else 0.16 + 0.26 * strength
+
+
+def runs(flags: NDArray[np.bool_], first: int = 0) -> list[slice]:
+    """Every run of True, in order; indices count from `first`."""
+    edges = np.diff(np.concatenate(([0], flags.astype(int), [0])))
+    pairs = np.flatnonzero(edges).reshape(-1, 2) + first
+    return [slice(start, stop) for start, stop in pairs.tolist()]

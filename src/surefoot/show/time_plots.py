@@ -5,32 +5,33 @@ Of a point mass that is the DCM error and the step duration; of a body its feet,
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
 from matplotlib.patches import Rectangle
-from numpy.typing import NDArray
 
 from surefoot.dcm.viability import fall_distance
-from surefoot.robot.feet import Side
-from surefoot.rollout.measures import planned_com
+from surefoot.robot.feet import FEET, Side
 from surefoot.rollout.rollout import Rollout
 from surefoot.rollout.trace import BodyTrace
 from surefoot.show import palette
-from surefoot.show.joint_plots import draw_feet, draw_knees, draw_motors
+from surefoot.show.page import units_per_inch, width_of
 from surefoot.show.palette import DASHES, DOTS
 from surefoot.show.picture_file import HALO
-from surefoot.show.stances import (
-    Stance,
-    broken,
-    broken_plan,
-    sole_reach,
-    support_bounds,
-    zmp_outside,
-)
+from surefoot.show.plotted_walk import PlottedWalk, sole_reach, support_bounds, zmp_outside
+from surefoot.show.stances import Stance, broken
 from surefoot.show.walk_events import mark_events, name_events
+
+MOTOR_COLOURS = ("#9a9a9a", "#e69f00", "#0072b2", "#009e73", "#d55e00", "#cc79a7")
+"""From hip to ankle."""
+
+FOOT_COLOUR = (palette.SOLE_EDGE[Side.LEFT], palette.SOLE_EDGE[Side.RIGHT])
+
+MAX_MOTORS = len(MOTOR_COLOURS)
+"""Motors in one plot; of more, those with the largest torques for their limits are drawn."""
 
 
 class Panel(NamedTuple):
@@ -39,12 +40,12 @@ class Panel(NamedTuple):
     Attributes:
         name: its own, and part of the names of what is drawn in it, as in "com-x".
         height: of the plot [in].
-        draw: called with the plot, the walk and its stances.
+        draw: called with the plot and the walk.
     """
 
     name: str
     height: float
-    draw: Callable[[Axes, Rollout, list[Stance]], None]
+    draw: Callable[[Axes, PlottedWalk], None]
 
 
 def panels(rollout: Rollout) -> tuple[Panel, ...]:
@@ -52,162 +53,92 @@ def panels(rollout: Rollout) -> tuple[Panel, ...]:
     return POINT_PANELS if rollout.body is None else BODY_PANELS
 
 
-def draw_time_plots(axes: Sequence[Axes], rollout: Rollout, parts: list[Stance]) -> None:
+def draw_time_plots(
+    axes: Sequence[Axes], walk: PlottedWalk, shown: Sequence[Panel] | None = None
+) -> None:
     """Draw the plots over time, one below the other.
 
     Args:
-        axes: as many as there are `panels`, of the same width.
-        rollout: the walk.
-        parts: its stances; of a body none are needed.
+        axes: one for each plot, of the same width.
+        walk: what to draw.
+        shown: what is plotted; all `panels` of the walk if None.
     """
+    rollout = walk.rollout
     start = float(rollout.time[0])
-    for index, (ax, panel) in enumerate(zip(axes, panels(rollout), strict=True)):
+    for index, (ax, panel) in enumerate(zip(axes, shown or panels(rollout), strict=True)):
         ax.set_gid(panel.name)
         ax.set_xlim(start, max(float(rollout.time[-1]), start + 1e-3))
-        ax.grid(axis="y", color="#e8e8e8", linewidth=0.5, zorder=0)
+        ax.grid(axis="y", color=palette.GRID, linewidth=0.5, zorder=0)
         ax.set_axisbelow(True)
         ax.tick_params(labelbottom=index == len(axes) - 1)
-        mark_events(ax, rollout, parts)
-        panel.draw(ax, rollout, parts)
-        ax.yaxis.set_label_coords(-0.55 / _width(ax) if rollout.body is None else -0.055, 0.5)
+        mark_events(ax, walk)
+        panel.draw(ax, walk)
+        ax.yaxis.set_label_coords(-0.55 / width_of(ax) if rollout.body is None else -0.055, 0.5)
     axes[-1].set_xlabel("time [s]")
     if rollout.body is None:
-        _number_steps(axes[0], parts)
+        _number_steps(axes[0], walk.parts)
     else:
         name_events(axes[0], rollout)
 
 
-def _width(ax: Axes) -> float:
-    """Of the axes [in]."""
-    return ax.get_position().width * ax.figure.get_figure(root=True).get_size_inches()[0]
-
-
-def _seconds_per_inch(ax: Axes) -> float:
-    low, high = ax.get_xlim()
-    return (high - low) / _width(ax)
-
-
-Curve = tuple[str, NDArray[np.float64], NDArray[np.float64], dict[str, Any]]
-"""Name, instants, points (x, y) and look of a line."""
-
-
-def _draw_position(ax: Axes, rollout: Rollout, parts: list[Stance]) -> None:
+def _draw_position(ax: Axes, walk: PlottedWalk) -> None:
     """One coordinate of everything on the ground; the name of the plot says which one."""
-    axis = "xy".index(str(ax.get_gid()))
-    body = rollout.body
-    if body is None:
-        _draw_support(ax, rollout, parts, axis)
-        curves, span = _point_curves(rollout, parts), _range(rollout, axis)
+    rollout, name = walk.rollout, str(ax.get_gid())
+    axis = "xy".index(name)
+    if rollout.body is None:
+        _draw_support(ax, walk, axis)
     else:
-        _draw_soles(ax, rollout, body, axis)
-        curves, span = _body_curves(rollout, parts, body), _body_range(rollout, body, axis)
-    for name, time, points, look in curves:
-        ax.plot(time, points[:, axis], gid=f"{name}-{ax.get_gid()}", **look)
-    ax.set_ylim(*span)
-    ax.set_ylabel(f"{ax.get_gid()} [m]")
-
-
-def _point_curves(rollout: Rollout, parts: list[Stance]) -> Iterator[Curve]:
-    """CoM and DCM go on smoothly at a touchdown, ZMP and plan may jump."""
-    time, cut = rollout.time, broken(rollout.time, parts)
-    zmp, outside = rollout.zmp, np.where(zmp_outside(rollout), rollout.zmp, np.nan)
-    plan = {"color": palette.DCM_PLAN, "linewidth": 1.1, "zorder": 3.2, "linestyle": DASHES}
-    yield "zmp", cut, broken(zmp, parts), {"color": palette.ZMP, "linewidth": 1.3, "zorder": 2.5}
-    yield "com", time, rollout.com, {"color": palette.COM, "linewidth": 1.3, "zorder": 3.0}
-    yield "dcm", time, rollout.dcm, {"color": palette.DCM, "linewidth": 1.9, "zorder": 3.1}
-    yield "dcm-plan", cut, broken_plan(rollout, parts), plan
-    if not np.isnan(outside).all():
-        look = {"color": palette.ALARM, "linewidth": 2.4, "zorder": 2.6}
-        yield "zmp-outside", cut, broken(outside, parts), look
-
-
-def _body_curves(rollout: Rollout, parts: list[Stance], trace: BodyTrace) -> Iterator[Curve]:
-    """Measured lines, and dashed those that were planned."""
-    time, dashed = rollout.time, {"linestyle": DASHES, "zorder": 3.2}
-    yield "zmp", time, rollout.zmp, {"color": palette.ZMP, "linewidth": 0.9, "zorder": 2.4}
-    zmp = {"color": palette.ZMP_PLAN, "linewidth": 0.9, **dashed}
-    yield "zmp-plan", time, rollout.commands["zmp"], zmp
-    yield "dcm", time, rollout.dcm, {"color": palette.DCM, "linewidth": 1.7, "zorder": 3.0}
-    yield "com", time, rollout.com, {"color": palette.COM, "linewidth": 1.2, "zorder": 3.1}
-    dcm = {"color": palette.DCM_PLAN, "linewidth": 1.0, **dashed}
-    yield "dcm-plan", time, broken_plan(rollout, parts), dcm
-    com = {"color": palette.COM_PLAN, "linewidth": 1.0, **dashed}
-    yield "com-plan", time, planned_com(rollout, trace), com
+        _draw_soles(ax, rollout, rollout.body, axis)
+    for curve in walk.curves:
+        values = curve.points[:, axis]
+        if curve.name == "zmp-outside":
+            # Only the coordinate that is outside.
+            outside = zmp_outside(rollout)[:, axis]
+            values = broken(np.where(outside, rollout.zmp[:, axis], np.nan), walk.parts)
+        ax.plot(curve.time, values, gid=f"{curve.name}-{name}", **curve.look)
+    carried = [sole for sole in walk.soles if sole.samples.stop > 0]
+    low, high = (float(edge[axis]) for edge in walk.extent(carried, rollout.com))
+    margin = 0.05 * (high - low)
+    ax.set_ylim(low - margin, high + margin)
+    ax.set_ylabel(f"{name} [m]")
 
 
 def _draw_soles(ax: Axes, rollout: Rollout, trace: BodyTrace, axis: int) -> None:
-    """Fill the soles that carry a body."""
-    for foot in (0, 1):
-        carries = (~trace.walking) | (trace.support == foot)
+    """Fill the soles that carry a body, which may slide."""
+    for foot, side in enumerate((Side.LEFT, Side.RIGHT)):
         centre, yaw = trace.sole_position[:, foot, axis], trace.sole_turn[:, foot, 2]
         reach = sole_reach(trace.robot.foot, yaw)[:, axis]
-        whose = Side(2 * foot - 1)
         ax.fill_between(
-            rollout.time, centre - reach, centre + reach, where=carries,
-            facecolor=palette.SOLE[whose], edgecolor=palette.SOLE_EDGE[whose], linewidth=0.4,
-            zorder=1.0, gid=f"sole-{ax.get_gid()}-{foot}",
+            rollout.time, centre - reach, centre + reach,
+            where=~trace.walking | (trace.support == foot), facecolor=palette.SOLE[side],
+            edgecolor=palette.SOLE_EDGE[side], linewidth=0.4, zorder=1.0,
+            gid=f"sole-{ax.get_gid()}-{foot}",
         )  # fmt: skip
 
 
-def _body_range(rollout: Rollout, trace: BodyTrace, axis: int) -> tuple[float, float]:
-    """All of soles and CoM, and of the DCM what does not run far away [m]."""
-    soles, half = trace.sole_position[:, :, axis], trace.robot.foot.half[axis]
-    core = np.concatenate([soles.ravel() - half, soles.ravel() + half, rollout.com[:, axis]])
-    near = np.clip(rollout.dcm[:, axis], core.min() - 0.3, core.max() + 0.3)
-    low, high = min(core.min(), near.min()), max(core.max(), near.max())
-    margin = 0.05 * (high - low)
-    return float(low - margin), float(high + margin)
-
-
-def _draw_support(ax: Axes, rollout: Rollout, parts: list[Stance], axis: int) -> None:
+def _draw_support(ax: Axes, walk: PlottedWalk, axis: int) -> None:
     """Fill what bounds the ZMP: the sole on the ground, and in double support all between both."""
-    name = ax.get_gid()
-    for part in parts:
+    rollout, name = walk.rollout, ax.get_gid()
+    for part in walk.parts:
         half = sole_reach(rollout.robot.foot, part.yaw)[axis]
         ax.add_patch(
             Rectangle(
-                (part.start, part.support_foot[axis] - half),
-                part.end - part.start,
-                2.0 * half,
-                facecolor=palette.SOLE[part.side],
-                edgecolor=palette.SOLE_EDGE[part.side],
-                linewidth=0.5,
-                zorder=1.0,
-                gid=f"support-{name}-{part.number}",
+                (part.start, part.support_foot[axis] - half), part.end - part.start, 2.0 * half,
+                facecolor=palette.SOLE[part.side], edgecolor=palette.SOLE_EDGE[part.side],
+                linewidth=0.5, zorder=1.0, gid=f"support-{name}-{part.number}",
             )
-        )
+        )  # fmt: skip
     shared = rollout.commands["double_support"] != 0
     if shared.any():
         low, high = support_bounds(rollout)
         ax.fill_between(
-            rollout.time,
-            low[:, axis],
-            high[:, axis],
-            where=shared,
-            facecolor=palette.BOTH_SOLES,
-            linewidth=0.0,
-            zorder=0.9,
-            gid=f"both-soles-{name}",
-        )
+            rollout.time, low[:, axis], high[:, axis], where=shared,
+            facecolor=palette.BOTH_SOLES, linewidth=0.0, zorder=0.9, gid=f"both-soles-{name}",
+        )  # fmt: skip
 
 
-def _range(rollout: Rollout, axis: int) -> tuple[float, float]:
-    """All of CoM, DCM and soles, and of ZMP and plan what does not run far away [m]."""
-    foot = rollout.support_foot[:, axis]
-    far = fall_distance(rollout.robot)
-    near = foot + np.clip(rollout.dcm[:, axis] - foot, -far, far)
-    core = np.concatenate(
-        [*(edge[:, axis] for edge in support_bounds(rollout)), rollout.com[:, axis], near]
-    )
-    low, high = core.min(), core.max()
-    reach = 0.4 * (high - low)
-    far = np.concatenate([rollout.zmp[:, axis], rollout.dcm_plan[:, axis]])
-    low, high = max(min(low, far.min()), low - reach), min(max(high, far.max()), high + reach)
-    margin = 0.05 * (high - low)
-    return float(low - margin), float(high + margin)
-
-
-def _draw_error(ax: Axes, rollout: Rollout, parts: list[Stance]) -> None:
+def _draw_error(ax: Axes, walk: PlottedWalk) -> None:
+    rollout, parts = walk.rollout, walk.parts
     time = broken(rollout.time, parts)
     error = 1e3 * broken(np.hypot(*rollout.dcm_error.T), parts)
     settled = 1e3 * rollout.settled_error
@@ -219,7 +150,8 @@ def _draw_error(ax: Axes, rollout: Rollout, parts: list[Stance]) -> None:
     ax.set_ylabel("DCM error\n[mm]")
 
 
-def _draw_duration(ax: Axes, rollout: Rollout, parts: list[Stance]) -> None:
+def _draw_duration(ax: Axes, walk: PlottedWalk) -> None:
+    rollout, parts = walk.rollout, walk.parts
     shortest, longest = rollout.robot.gait.step_duration
     time = broken(rollout.time, parts)
     decided = rollout.commands["step_duration"]
@@ -228,29 +160,18 @@ def _draw_duration(ax: Axes, rollout: Rollout, parts: list[Stance]) -> None:
             limit, color=palette.QUIET, linewidth=0.8, linestyle=DOTS, gid=f"limit-{limit:g}"
         )
     ax.plot(
-        time,
-        broken(decided, parts),
-        color=palette.COM,
-        linewidth=1.3,
-        zorder=3.0,
-        drawstyle="steps-post",
-        gid="step-duration",
-    )
+        time, broken(decided, parts), color=palette.COM, linewidth=1.3, zorder=3.0,
+        drawstyle="steps-post", gid="step-duration",
+    )  # fmt: skip
     for part in parts:
         planned = part.planned_duration
         if planned is None and part.gait is not None:
             planned = part.gait.step_duration
         if planned is not None:
             ax.hlines(
-                planned,
-                part.start,
-                part.end,
-                color=palette.DCM_PLAN,
-                linewidth=1.1,
-                linestyle=DASHES,
-                zorder=3.2,
-                gid=f"planned-duration-{part.number}",
-            )
+                planned, part.start, part.end, color=palette.DCM_PLAN, linewidth=1.1,
+                linestyle=DASHES, zorder=3.2, gid=f"planned-duration-{part.number}",
+            )  # fmt: skip
     _write_adapted_durations(ax, parts)
     name_events(ax, rollout)
     ax.set_ylim(0.0, 1.3 * longest)
@@ -270,7 +191,7 @@ def _duration_ticks(rollout: Rollout, parts: list[Stance]) -> list[float]:
 
 def _write_adapted_durations(ax: Axes, parts: list[Stance]) -> None:
     """The durations of the steps that were decided online, where there is room."""
-    spacing = 0.45 * _seconds_per_inch(ax)
+    spacing = 0.45 * units_per_inch(ax)
     last = -np.inf
     for part in parts:
         middle = 0.5 * (part.start + part.end)
@@ -278,24 +199,15 @@ def _write_adapted_durations(ax: Axes, parts: list[Stance]) -> None:
             continue
         last = middle
         ax.annotate(
-            f"{part.end - part.start:.2f} s",
-            (middle, 0.0),
-            xytext=(0.0, 3.0),
-            textcoords="offset points",
-            ha="center",
-            va="bottom",
-            fontsize=8.0,
-            fontweight="bold",
-            color=palette.ADAPTED,
-            path_effects=HALO,
-            zorder=5.0,
-            gid=f"duration-{part.number}",
-        )
+            f"{part.end - part.start:.2f} s", (middle, 0.0), xytext=(0.0, 3.0),
+            textcoords="offset points", ha="center", va="bottom", fontsize=8.0, fontweight="bold",
+            color=palette.ADAPTED, path_effects=HALO, zorder=5.0, gid=f"duration-{part.number}",
+        )  # fmt: skip
 
 
 def _number_steps(ax: Axes, parts: list[Stance]) -> None:
     """Write the number of every step above its time; of a crowd, the adapted ones first."""
-    spacing = 0.22 * _seconds_per_inch(ax)
+    spacing = 0.22 * units_per_inch(ax)
     taken: list[float] = []
     for part in sorted(parts, key=lambda part: not part.adapted):
         middle = 0.5 * (part.start + part.end)
@@ -303,35 +215,98 @@ def _number_steps(ax: Axes, parts: list[Stance]) -> None:
             continue
         taken.append(middle)
         ax.text(
-            middle,
-            1.02,
-            str(part.number),
-            transform=ax.get_xaxis_transform(),
-            ha="center",
-            va="bottom",
-            fontsize=8.5 if part.adapted else 7.5,
-            fontweight="bold" if part.adapted else "normal",
-            color=palette.ADAPTED if part.adapted else palette.QUIET,
-            gid=f"step-{part.number}",
-        )
+            middle, 1.02, str(part.number), transform=ax.get_xaxis_transform(), ha="center",
+            va="bottom", **palette.step_number(part.adapted), gid=f"step-{part.number}",
+        )  # fmt: skip
     ax.annotate(
-        "step",
-        (0.0, 1.02),
-        xycoords="axes fraction",
-        xytext=(-26.0, 0.0),
-        textcoords="offset points",
-        ha="right",
-        va="bottom",
-        fontsize=7.5,
-        color=palette.QUIET,
-    )
+        "step", (0.0, 1.02), xycoords="axes fraction", xytext=(-26.0, 0.0),
+        textcoords="offset points", ha="right", va="bottom", fontsize=7.5, color=palette.QUIET,
+    )  # fmt: skip
 
 
-def _of_body(
-    draw: Callable[..., None], *more: Any
-) -> Callable[[Axes, Rollout, list[Stance]], None]:
+def _draw_feet(ax: Axes, rollout: Rollout, trace: BodyTrace) -> None:
+    """Lowest corner of each sole, and the height that its middle is to have."""
+    for foot, side in enumerate(FEET):
+        height = 1e3 * trace.clearance[:, foot]
+        swings = trace.walking & (trace.support != foot)
+        plan = np.where(swings, 1e3 * trace.swing_plan[:, 2], np.nan)
+        ax.plot(
+            rollout.time, height, color=FOOT_COLOUR[foot], linewidth=1.3, zorder=3.0,
+            gid=f"height-{side}", label=f"{side}, lowest corner",
+        )  # fmt: skip
+        ax.plot(
+            rollout.time, plan, color=palette.COM, linewidth=0.7, linestyle=DASHES, zorder=3.1,
+            gid=f"height-plan-{side}", label="planned" if foot == 0 else None,
+        )  # fmt: skip
+    top = max(float(np.nanpercentile(1e3 * trace.clearance, 99.5)), 40.0)
+    ax.set_ylim(-8.0, 1.25 * top)
+    ax.axhline(0.0, color=palette.QUIET, linewidth=0.8, zorder=2.0)
+    ax.set_ylabel("feet\n[mm]")
+    _legend(ax)
+
+
+def _draw_knees(ax: Axes, rollout: Rollout, trace: BodyTrace) -> None:
+    """How far the knees bend; a straight one cannot push on."""
+    bends = np.degrees(np.abs(trace.joint_angles[:, list(trace.knees)]))
+    for foot, side in enumerate(FEET):
+        ax.plot(
+            rollout.time, bends[:, foot], color=FOOT_COLOUR[foot], linewidth=1.3, zorder=3.0,
+            gid=f"knee-{side}", label=side,
+        )  # fmt: skip
+    ax.set_ylim(0.0, 1.15 * float(bends.max()))
+    ax.axhline(0.0, color=palette.ALARM, linewidth=1.6, zorder=2.0)
+    ax.annotate(
+        "straight", (1.0, 0.0), xycoords="axes fraction", xytext=(-3.0, 3.0),
+        textcoords="offset points", ha="right", va="bottom", fontsize=7.5, color=palette.ALARM,
+        path_effects=HALO,
+    )  # fmt: skip
+    ax.set_ylabel("knees\n[°]")
+    _legend(ax)
+
+
+def motors_of(trace: BodyTrace, side: str) -> list[int]:
+    """The motors of a side, the busiest if they are many, in the order of the model.
+
+    A motor is of a side if its name says so; names of other kinds are shared by both.
+    """
+    other = FEET[1 - FEET.index(side)]
+    mine = [i for i, name in enumerate(trace.joints) if other not in name.lower()]
+    busiest = sorted(mine, key=lambda i: -float(trace.torque_part[:, i].max()))[:MAX_MOTORS]
+    return sorted(busiest)
+
+
+def _draw_motors(ax: Axes, rollout: Rollout, trace: BodyTrace, side: str) -> None:
+    """Torques of the motors of a side, "left" or "right", as parts of their limits."""
+    motors = motors_of(trace, side)
+    for colour, motor in zip(MOTOR_COLOURS, motors, strict=False):
+        limit = float(trace.torque_limit[motor])
+        part = 100.0 * trace.torque[:, motor] / limit
+        name = trace.joints[motor].replace(f"{side}_", "").replace("_", " ")
+        ax.plot(
+            rollout.time, part, color=colour, linewidth=1.0, zorder=3.0,
+            gid=f"torque-{trace.joints[motor]}", label=f"{name}, ±{limit:.0f} N m",
+        )  # fmt: skip
+    for limit in (-100.0, 100.0):
+        ax.axhline(limit, color=palette.ALARM, linewidth=0.9, linestyle=DOTS, zorder=2.0)
+    ax.set_ylim(-112.0, 112.0)
+    ax.set_yticks([-100.0, 0.0, 100.0])
+    ax.set_ylabel(f"{side} motors\n[% of limit]")
+    _legend(ax)
+
+
+def _legend(ax: Axes) -> None:
+    """To the right of the plot, where it covers nothing."""
+    handles, labels = ax.get_legend_handles_labels()
+    kept = [(h, name) for h, name in zip(handles, labels, strict=True) if isinstance(h, Line2D)]
+    ax.legend(
+        *zip(*kept, strict=True), loc="upper left", bbox_to_anchor=(1.005, 1.04), frameon=False,
+        fontsize=7.5, handlelength=1.4, labelspacing=0.25, borderaxespad=0.0,
+    )  # fmt: skip
+
+
+def _of_body(draw: Callable[..., None], *more: Any) -> Callable[[Axes, PlottedWalk], None]:
     """A plot of a body as that of a `Panel`."""
-    return lambda ax, rollout, _: draw(ax, rollout, rollout.body, *more)
+    return lambda ax, walk: draw(ax, walk.rollout, walk.rollout.body, *more)
 
 
 POINT_PANELS = (
@@ -343,8 +318,8 @@ POINT_PANELS = (
 BODY_PANELS = (
     Panel("x", 1.5, _draw_position),
     Panel("y", 1.8, _draw_position),
-    Panel("feet", 1.1, _of_body(draw_feet)),
-    Panel("knees", 0.9, _of_body(draw_knees)),
-    Panel("left motors", 1.45, _of_body(draw_motors, "left")),
-    Panel("right motors", 1.45, _of_body(draw_motors, "right")),
+    Panel("feet", 1.1, _of_body(_draw_feet)),
+    Panel("knees", 0.9, _of_body(_draw_knees)),
+    Panel("left motors", 1.45, _of_body(_draw_motors, "left")),
+    Panel("right motors", 1.45, _of_body(_draw_motors, "right")),
 )

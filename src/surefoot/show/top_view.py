@@ -3,40 +3,25 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-from typing import Any
+from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patches import Rectangle
 from numpy.typing import NDArray
 
-from surefoot.dcm.viability import fall_distance
+from surefoot.geometry import rotated
+from surefoot.robot.feet import Side
 from surefoot.robot.floor import laid_boards
-from surefoot.rollout.measures import planned_com
 from surefoot.rollout.rollout import Rollout
 from surefoot.rollout.trace import BodyTrace
 from surefoot.show import palette
-from surefoot.show.footprints import draw_footprints, missed_soles, number_footprints, soles
-from surefoot.show.ground import (
-    Extent,
-    draw_ground,
-    draw_push,
-    label_pushes,
-    metres_per_inch,
-    push_arrow,
-)
-from surefoot.show.palette import DASHES
+from surefoot.show.page import Extent, units_per_inch
 from surefoot.show.picture_file import HALO
-from surefoot.show.stances import (
-    Stance,
-    acting_pushes,
-    broken,
-    broken_plan,
-    pair,
-    sole_reach,
-    touchdown_cycles,
-)
+from surefoot.show.plotted_walk import PlottedWalk, Sole
+from surefoot.show.stances import acting_pushes, pair, touchdown_cycles
+from surefoot.show.walk_events import draw_push, label_pushes, push_arrow
 
 MARGIN = 0.1
 """Free space around what is drawn [m]."""
@@ -44,76 +29,69 @@ MARGIN = 0.1
 SMALLEST = 0.7
 """Extent of the ground that is shown at least, so that soles do not fill the picture [m]."""
 
-NEARBY = 0.45
-"""CoM and DCM of a body are shown as far as this from the standing foot: those of a fall run
-away [m]."""
+SAME_PLACE = 0.05
+"""Footprints of one foot that are closer than this share a number [m]."""
 
 INSET = 0.1
 """Of the mark of a body's fall whose place is beyond the picture [in]."""
+
+ONLY_OVER_TIME = ("zmp-plan",)
+"""Lines that the view from above has no room for."""
 
 DOT_SPACING = 0.03
 """Distance of the dots that show the ZMP where it rests [m]."""
 
 
-def extent(rollout: Rollout, parts: list[Stance]) -> Extent:
-    """The ground to show: all feet and pushes, CoM and DCM as far as they matter.
-
-    Of a point mass also ZMP and plan, but for what runs far away.
-    """
-    body = rollout.body
-    shown = soles(rollout, parts) + (missed_soles(rollout, parts) if body is None else [])
-    centres = np.array([sole.centre for sole in shown])
-    foot = rollout.robot.foot if body is None else body.robot.foot
-    reach = sole_reach(foot, np.array([sole.yaw for sole in shown]))
-    near = NEARBY if body is not None else fall_distance(rollout.robot)
-    dcm, com = (_near(rollout, path, near) for path in (rollout.dcm, rollout.com))
+def extent(walk: PlottedWalk) -> Extent:
+    """The ground to show: what the walk needs, and all pushes."""
+    rollout = walk.rollout
     tails = [push_arrow(rollout, push)[0] for push in acting_pushes(rollout)]
-    core = np.array(
-        [
-            *(centres - reach), *(centres + reach),
-            *(com if body is not None else rollout.com), *dcm, *tails,
-        ]
-    )  # fmt: skip
+    walked = walk.extent(walk.soles + walk.missed_soles, walk.nearby(rollout.com))
+    core = np.array([*walked, *tails])
     low, high = core.min(axis=0), core.max(axis=0)
-    if body is None:
-        far = np.concatenate([rollout.zmp, rollout.dcm_plan])
-        low = np.maximum(np.minimum(low, far.min(axis=0)), low - 0.2)
-        high = np.minimum(np.maximum(high, far.max(axis=0)), high + 0.2)
     middle = 0.5 * (low + high)
     half_size = np.maximum(0.5 * (high - low) + MARGIN, 0.5 * SMALLEST)
     return Extent(pair(middle - half_size), pair(middle + half_size))
 
 
-def _near(rollout: Rollout, path: NDArray[np.float64], far: float) -> NDArray[np.float64]:
-    """A path, no further from the support foot than `far` along each axis [m]."""
-    return rollout.support_foot + np.clip(path - rollout.support_foot, -far, far)
-
-
-def draw_top_view(ax: Axes, rollout: Rollout, parts: list[Stance], shown: Extent) -> None:
+def draw_top_view(ax: Axes, walk: PlottedWalk, shown: Extent, *, labelled: bool = True) -> None:
     """Draw the walk from above.
 
     Args:
         ax: where to draw; its box has the proportions of `shown`.
-        rollout: the walk.
-        parts: its stances; of a body none are needed.
+        walk: what to draw.
         shown: the ground to show.
+        labelled: whether the words of the pushes stand above it.
     """
-    draw_ground(ax, shown)
+    rollout = walk.rollout
+    ax.set_aspect("equal")
+    ax.set(
+        xlim=(shown.low[0], shown.high[0]), ylim=(shown.low[1], shown.high[1]), xlabel="x [m]",
+        ylabel="y [m]",
+    )  # fmt: skip
+    ax.grid(color=palette.GRID, linewidth=0.5, zorder=0)
+    ax.set_axisbelow(True)
     if rollout.body is not None:
         _draw_boards(ax, rollout.body, shown)
-    draw_footprints(ax, rollout, parts)
+    _draw_footprints(ax, walk)
     if rollout.body is None:
-        number_footprints(ax, rollout, parts)
+        _number_footprints(ax, walk)
     for index, push in enumerate(acting_pushes(rollout)):
         draw_push(ax, rollout, push, index)
-    for name, points, look in _paths(rollout, parts):
-        ax.plot(*points.T, gid=name, **look)
+    for curve in walk.curves:
+        if curve.name not in ONLY_OVER_TIME:
+            ax.plot(*curve.points.T, gid=curve.name, **curve.look)
+    if rollout.body is None:
+        dots = rollout.zmp[_spaced(rollout.zmp)]
+        ax.plot(*dots.T, ".", color=palette.ZMP, markersize=4.0, markeredgewidth=0, zorder=3.1,
+                gid="zmp-points")  # fmt: skip
     landed = touchdown_cycles(rollout)
     ax.plot(
         *rollout.dcm[landed].T, "o", color="white", markeredgecolor=palette.DCM, markersize=3.6,
         markeredgewidth=1.0, zorder=4.3, gid="dcm-touchdown",
     )  # fmt: skip
-    label_pushes(ax, rollout, shown)
+    if labelled:
+        label_pushes(ax, rollout, shown)
     if rollout.fallen:
         _mark_fall(ax, rollout, shown)
 
@@ -133,34 +111,68 @@ def _draw_boards(ax: Axes, trace: BodyTrace, shown: Extent) -> None:
         )  # fmt: skip
 
 
-def _paths(
-    rollout: Rollout, parts: list[Stance]
-) -> Iterator[tuple[str, NDArray[np.float64], dict[str, Any]]]:
-    """Name, points and look of every line; those of a body, which has more of them, are thinner."""
-    plan = {"color": palette.DCM_PLAN, "linestyle": DASHES, "zorder": 4.2}
-    com = {"color": palette.COM, "linewidth": 1.3, "zorder": 4.15}
-    if rollout.body is not None:
-        zmp = {"color": palette.ZMP, "linewidth": 1.0, "alpha": 0.9, "zorder": 3.0}
-        yield "zmp", rollout.zmp, zmp
-        yield "dcm", rollout.dcm, {"color": palette.DCM, "linewidth": 1.8, "zorder": 4.1}
-        yield "com", rollout.com, com
-        yield "dcm-plan", broken_plan(rollout, parts), {"linewidth": 1.0, **plan}
-        look = {"color": palette.COM_PLAN, "linewidth": 1.0, "linestyle": DASHES, "zorder": 4.25}
-        yield "com-plan", planned_com(rollout, rollout.body), look
-        return
-    yield "zmp", broken(rollout.zmp, parts), {"color": palette.ZMP, "linewidth": 1.2, "zorder": 3.0}
-    dots = {"color": palette.ZMP, "marker": ".", "markersize": 4.0, "markeredgewidth": 0}
-    yield (
-        "zmp-points", rollout.zmp[_spaced(rollout.zmp)],
-        {"linestyle": "none", "zorder": 3.1, **dots},
-    )  # fmt: skip
-    if rollout.zmp_excess.any():
-        outside = np.where(rollout.zmp_excess[:, None] > 0.0, rollout.zmp, np.nan)
-        look = {"color": palette.ALARM, "linewidth": 2.6, "solid_capstyle": "round", "zorder": 3.2}
-        yield "zmp-outside", broken(outside, parts), look
-    yield "com", rollout.com, com
-    yield "dcm", rollout.dcm, {"color": palette.DCM, "linewidth": 2.0, "zorder": 4.1}
-    yield "dcm-plan", broken_plan(rollout, parts), {"linewidth": 1.1, **plan}
+def _draw_footprints(ax: Axes, walk: PlottedWalk) -> None:
+    """Draw the soles, and the outlines of those that were to land elsewhere."""
+    foot = walk.rollout.robot.foot
+    for sole in walk.soles:
+        edge = palette.ADAPTED if sole.online else palette.SOLE_EDGE[sole.side]
+        width, zorder = (1.8, 1.5) if sole.online else (0.8, 1.0)
+        colour = palette.SOLE[sole.side]
+        ax.add_patch(
+            sole.rectangle(foot, facecolor=colour, edgecolor=edge, linewidth=width, zorder=zorder)
+        )
+    for sole in walk.missed_soles:
+        ax.add_patch(sole.rectangle(foot, **palette.MISSED, zorder=1.6))
+
+
+def _number_footprints(ax: Axes, walk: PlottedWalk) -> None:
+    """Write the number of its step at the outer side of every sole; sideways, at its ends."""
+    ahead = np.array([1.0, 0.0] if _walks_sideways(walk) else [0.0, 1.0])
+    half, taken = walk.rollout.robot.foot.half, list[NDArray[np.float64]]()
+    # Where steps crowd, those that were decided online are the ones to name.
+    for place in sorted(_places(walk.soles[1:]), key=lambda place: not place.online):
+        outward = ahead if place.side is Side.LEFT else -ahead
+        spot = place.centre + np.array(rotated(outward * half, place.yaw))
+        spacing = np.array([0.23, 0.15]) * units_per_inch(ax)
+        if any(np.all(np.abs(spot - other) < spacing) for other in taken):
+            continue
+        taken.append(spot)
+        x, y = rotated(outward, place.yaw)
+        ax.annotate(
+            _listed(place.numbers), pair(spot), xytext=(3.0 * x, 3.0 * y),
+            textcoords="offset points", ha=("right", "center", "left")[1 + round(x)],
+            va=("top", "center", "bottom")[1 + round(y)], **palette.step_number(place.online),
+            path_effects=HALO, gid=f"number-{place.numbers[0]}", zorder=6.0,
+        )  # fmt: skip
+
+
+def _walks_sideways(walk: PlottedWalk) -> bool:
+    """Whether the feet, in their own directions, moved to the side more than ahead."""
+    moved = np.zeros(2)
+    for before, after in pairwise(walk.parts):
+        moved += rotated(np.subtract(after.support_foot, before.support_foot), -before.yaw)
+    ahead, aside = np.abs(moved)
+    return bool(aside > max(ahead, walk.rollout.robot.hip))
+
+
+def _places(soles: list[Sole]) -> list[Sole]:
+    """Where feet stood in the run; in place, several steps lead to the same."""
+    places: list[Sole] = []
+    for sole in soles:
+        for index, place in enumerate(places):
+            if sole.side is place.side and math.dist(sole.centre, place.centre) < SAME_PLACE:
+                numbers, online = place.numbers + sole.numbers, place.online or sole.online
+                places[index] = replace(place, numbers=numbers, online=online)
+                break
+        else:
+            places.append(sole)
+    return places
+
+
+def _listed(numbers: tuple[int, ...]) -> str:
+    if len(numbers) > 4:
+        return f"{numbers[0]}, {numbers[1]} … {numbers[-1]}"
+    return ", ".join(map(str, numbers))
 
 
 def _spaced(points: NDArray[np.float64]) -> list[int]:
@@ -188,7 +200,7 @@ def _mark_fall(ax: Axes, rollout: Rollout, shown: Extent) -> None:
         )  # fmt: skip
         inset, offset = 0.0, -4.0
     else:
-        words, inset, offset = f"{words}: {fall.cause.value}", INSET * metres_per_inch(ax), 8.0
+        words, inset, offset = f"{words}: {fall.cause.value}", INSET * units_per_inch(ax), 8.0
     x, y = pair(np.clip(dcm, np.add(shown.low, inset), np.subtract(shown.high, inset)))
     ax.plot(
         *(dcm if fall is None else (x, y)), "X", color=palette.ALARM, markersize=10.0,
@@ -197,16 +209,8 @@ def _mark_fall(ax: Axes, rollout: Rollout, shown: Extent) -> None:
     right = x > 0.5 * (shown.low[0] + shown.high[0])
     above = y < 0.5 * (shown.low[1] + shown.high[1])
     ax.annotate(
-        words,
-        (x, y),
-        xytext=(-offset if right else offset, 8.0 if above else -8.0),
-        textcoords="offset points",
-        ha="right" if right else "left",
-        va="bottom" if above else "top",
-        fontsize=8.5,
-        fontweight="bold",
-        color=palette.ALARM,
-        path_effects=HALO,
-        zorder=6.0,
-        gid="fall-label",
-    )
+        words, (x, y), xytext=(-offset if right else offset, 8.0 if above else -8.0),
+        textcoords="offset points", ha="right" if right else "left",
+        va="bottom" if above else "top", fontsize=8.5, fontweight="bold", color=palette.ALARM,
+        path_effects=HALO, zorder=6.0, gid="fall-label",
+    )  # fmt: skip

@@ -124,6 +124,16 @@ def direction_words(angle: float) -> str:
     return DIRECTIONS[round(angle / (0.25 * math.pi)) % 8]
 
 
+def finite(value: float) -> float | None:
+    """A number for machines, None if it is infinite or NaN."""
+    return float(value) if math.isfinite(value) else None
+
+
+def counted(count: int, noun: str) -> str:
+    """A number of things, "1 step" or "2 steps"; of a noun whose plural ends in s."""
+    return f"{count} {noun}{'s' * (count != 1)}"
+
+
 def _course(rollout: Rollout) -> str:
     if walks_on_footholds(rollout):
         return "on footholds"

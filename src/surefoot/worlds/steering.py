@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,6 +37,17 @@ class Steering:
     velocity: tuple[float, float] = (0.0, 0.0)
     turning: float = 0.0
     standing: bool = False
+
+    @property
+    def array(self) -> NDArray[np.float64]:
+        """All of it as numbers, shape (4,)."""
+        return np.array([*self.velocity, self.turning, self.standing])
+
+    @classmethod
+    def of(cls, array: NDArray[np.float64]) -> Self:
+        """From its numbers."""
+        x, y, turning, standing = array.tolist()
+        return cls((x, y), turning, bool(standing))
 
     def __post_init__(self) -> None:
         check_pair("velocity", self.velocity, -math.inf, "m/s")

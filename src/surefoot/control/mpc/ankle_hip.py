@@ -17,14 +17,13 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from surefoot.control.fields import described, filled, setting
+from surefoot.control.fields import described, filled, weight
+from surefoot.control.mpc.cycle import MpcParameters
 from surefoot.control.mpc.horizon import (
     Horizon,
     lean_response,
     placed_feet,
     push_response,
-    samples_in,
-    steps_ahead,
     velocity_response,
 )
 from surefoot.control.mpc.placement import FootPlacementMpc
@@ -61,27 +60,17 @@ class AnkleHipStepMpc(FootPlacementMpc):
     """
 
     robot: Robot = field(metadata=described("whose gait it is; it must have a trunk"))
-    torque_weight: float = setting(
-        1.0,
-        "1/m^2",
-        "on the distance by which the hip torque moves the ZMP in effect",
-        above=0.0,
-        is_weight=True,
+    torque_weight: float = weight(
+        1.0, "1/m^2", "on the distance by which the hip torque moves the ZMP in effect", above=0.0
     )
-    lean_weight: float | None = setting(
-        None,
-        "1/rad^2",
-        "on the lean of the trunk; 0.0156 h^2 [1/m^2] if None, h the height of the CoM",
-        least=0.0,
-        is_weight=True,
-    )
-    lean_rate_weight: float | None = setting(
-        None,
-        "s^2/rad^2",
-        "on its rate; 0.0192 (h / omega)^2 [1/m^2] if None",
-        least=0.0,
-        is_weight=True,
-    )
+    lean_weight: float | None = weight(
+        None, "1/rad^2", "on the lean of the trunk; 0.0156 h^2 [1/m^2] if None, h the height of "
+        "the CoM", own=lambda mpc: LEAN_WEIGHT * mpc.robot.com_height**2,
+    )  # fmt: skip
+    lean_rate_weight: float | None = weight(
+        None, "s^2/rad^2", "on its rate; 0.0192 (h / omega)^2 [1/m^2] if None",
+        own=lambda mpc: LEAN_RATE_WEIGHT * (mpc.robot.com_height / mpc.gait.omega) ** 2,
+    )  # fmt: skip
 
     @property
     def trunk(self) -> Trunk:
@@ -103,36 +92,32 @@ class AnkleHipStepMpc(FootPlacementMpc):
         super().check()
         _ = self.trunk
 
-    def defaults(self) -> dict[str, float]:
-        """Those of foot placement, and the weights of the lean and of its rate."""
-        height, omega = self.robot.com_height, self.gait.omega
-        return {
-            "lean_weight": LEAN_WEIGHT * height**2,
-            "lean_rate_weight": LEAN_RATE_WEIGHT * (height / omega) ** 2,
-            **super().defaults(),
-        }
+    def make_parameters(self) -> MpcParameters:
+        """Those of free steps and a trunk."""
+        weight = self.robot.mass * self.robot.gravity
+        return (
+            super()
+            .make_parameters()
+            .replace(
+                torque_per_shift=weight,
+                max_shift=self.trunk.max_torque / weight,
+                max_lean=self.trunk.max_lean,
+            )
+        )
 
-    def make_parameters(self) -> NDArray[np.void]:
-        """The `MPC` record with free steps and a trunk."""
-        parameters, weight = super().make_parameters(), self.robot.mass * self.robot.gravity
-        parameters["torque_per_shift"] = weight
-        parameters["max_shift"] = self.trunk.max_torque / weight
-        parameters["max_lean"] = self.trunk.max_lean
-        return parameters
-
-    def make_program(self, seen: Horizon) -> tuple[NDArray[np.float64], ...]:
+    def make_program(self, ahead: Horizon) -> tuple[NDArray[np.float64], ...]:
         """Hessian, gain, rows and row_state of one control cycle.
 
         The unknown of a torque is the shift of the ZMP that has the same effect, torque / (m g), so
         all unknowns are lengths.
         """
-        share = seen.lengths * samples_in(self.gait, filled(self.sample)) / self.gait.step_duration
-        steps = steps_ahead(self.gait, filled(self.sample), self.samples)
+        share = ahead.lengths * self.samples_per_step / self.gait.step_duration
+        steps = self.steps_ahead
         weight = self.robot.mass * self.robot.gravity
-        from_dcm, from_zmp = velocity_response(self.gait.omega, seen.lengths)
-        lean_state, lean_torque = lean_response(self.trunk.inertia, seen.lengths)
+        from_dcm, from_zmp = velocity_response(self.gait.omega, ahead.lengths)
+        lean_state, lean_torque = lean_response(self.trunk.inertia, ahead.lengths)
         before = np.zeros((self.samples, self.samples + steps))
-        response = np.hstack([from_zmp, from_zmp @ placed_feet(seen.feet, steps), from_zmp])
+        response = np.hstack([from_zmp, from_zmp @ placed_feet(ahead.feet, steps), from_zmp])
         lean = np.hstack([before, weight * lean_torque[:, 0]])
         rate = np.hstack([before, weight * lean_torque[:, 1]])
         weighed = filled(self.velocity_weight) * share[:, None] * response
@@ -147,7 +132,7 @@ class AnkleHipStepMpc(FootPlacementMpc):
         )
         hessian = response.T @ weighed + lean.T @ weighed_lean + rate.T @ weighed_rate
         lasting = filled(self.push_horizon)
-        from_push = push_response(from_zmp, seen.lengths, lasting)
+        from_push = push_response(from_zmp, ahead.lengths, lasting)
         gain = np.hstack(
             [
                 weighed.T @ from_dcm[:, None],

@@ -1,82 +1,91 @@
-"""The compiled part of linear MPC: see the robot, put its program together, act on the answer."""
+"""The compiled part of linear MPC: observe, put the program together, act on the answer."""
 
 from __future__ import annotations
 
 import math
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from surefoot.compiled import njit
-from surefoot.control.belief import BELIEF, PENDULUM, hold, look
-from surefoot.control.cycle import side_index
-from surefoot.control.push_observer import (
-    OBSERVING,
-    PUSH_OBSERVER,
-    observe_push,
-    remember,
-)
-from surefoot.control.tracking import (
-    PLAN,
-    TRACKING,
-    end_cycle,
-    keep_box,
-    plan_step,
-)
+from surefoot.control.cycle import end_cycle, keep_box, side_index
+from surefoot.control.push_observer import Observing, PushObserver, observe_push, remember
+from surefoot.control.tracking import Tracking, TrackingState, plan_step
+from surefoot.control.validation import validate
 from surefoot.dcm.leg import furthest
 from surefoot.dcm.support import nearest_under_foot
 from surefoot.dcm.viable_displacement import NODES
-from surefoot.interface import COMMAND, Mode, Status
+from surefoot.interface import Mode, Status
+from surefoot.record import Array, Record, Vector2, field
 
-MPC = np.dtype(
-    [
-        ("tracking", TRACKING),
-        ("nominal_step", "f8", (2, 2)),
-        ("solve_period", "f8"),
-        ("sample", "f8"),
-        ("samples_per_step", "i8"),
-        ("samples", "i8"),
-        ("steps", "i8"),
-        ("torque_per_shift", "f8"),
-        ("max_shift", "f8"),
-        ("max_lean", "f8"),
-        ("unit", "f8"),
-        ("moved", "f8"),
-        ("observing", OBSERVING),
-        ("worth", "f8", (2, 2, NODES)),
-        ("low", "f8", (2,)),
-        ("spacing", "f8", (2,)),
-    ],
-)
-"""Parameters; `steps` counts the free ones. A hip torque acts like a shift of the ZMP by
-torque / (m g), and that shift is the unknown: `torque_per_shift` is m g [N]. Programs are solved in
-lengths of `unit` [m]. A landing further than
-`moved` from the planned one begins the next step on a new plan [m]. `worth` is what steps at the
-times of the gait can still save after a landing, see `dcm.landing_schedule`, on nodes from
-`low` at a `spacing` [m]."""
 
-DECISION = np.dtype(
-    [
-        ("zmp", "f8", (2,)),
-        ("landing", "f8", (2,)),
-        ("offset", "f8", (2,)),
-        ("torque", "f8", (2,)),
-        ("until", "f8"),
-        ("status", "i8"),
-        ("new_step", "i8"),
-    ],
-)
-"""What the last program decided: ZMP relative to the foot, landing relative to the planned one, DCM
-offset there [m]; hip torque [N m]; time since touchdown at which the next program is due [s]."""
+class MpcParameters(Record):
+    """Of a linear MPC; without free steps and without a trunk by default.
 
-MPC_STATE = np.dtype(
-    [
-        ("plan", PLAN),
-        ("belief", BELIEF),
-        ("decision", DECISION),
-        ("observer", PUSH_OBSERVER),
-        ("command", COMMAND),
-    ]
-)
+    A hip torque acts like a shift of the ZMP by torque / (m g), and that shift is the unknown.
+    """
+
+    tracking: Tracking = field("", "of tracking, whose plan is the reference")
+    nominal_step: Array = field("m", "by support side", shape=(2, 2))
+    solve_period: float = field("s", "from one program to the next")
+    sample: float = field("s", "from node to node")
+    samples_per_step: int = field("", "of a nominal step")
+    samples: int = field("", "of the horizon")
+    steps: int = field("", "that are free", default=0)
+    torque_per_shift: float = field("N", "m g", default=0.0)
+    max_shift: float = field("m", "of a hip torque", default=0.0)
+    max_lean: float = field("rad", "of the trunk", default=0.0)
+    unit: float = field("m", "in which programs are solved")
+    moved: float = field("m", "a landing further from the planned one begins a new plan")
+    observing: Observing = field("", "of the push observer")
+    saved: Array = field(
+        "m", "what steps at the times of the gait can save after a landing, on nodes; see "
+        "`dcm.landing_schedule`", shape=(2, 2, NODES), default=0.0,
+    )  # fmt: skip
+    low: Vector2 = field("m", "the first node", default=(0.0, 0.0))
+    spacing: Vector2 = field("m", "from node to node", default=(0.0, 0.0))
+
+
+class MpcDecision(Record):
+    """What the last program decided."""
+
+    zmp: Vector2 = field("m", "relative to the foot")
+    landing: Vector2 = field("m", "relative to the planned one")
+    offset: Vector2 = field("m", "of the DCM there")
+    torque: Vector2 = field("N m", "of the hip")
+    until: float = field("s", "time since touchdown at which the next program is due")
+    status: int = field("", "what the program could not keep")
+    new_step: int = field("", "1 in the first cycle of a step")
+
+
+class MpcState(TrackingState):
+    """What it remembers."""
+
+    decision: MpcDecision = field("", "of the last program")
+    observer: PushObserver = field("", "of pushes")
+
+
+class Work(NamedTuple):
+    """What `prepare` writes, by axis, for the solver of the program."""
+
+    deviation: NDArray[np.float64]
+    """DCM (and lean of the trunk) against the plan, and the push, shape (2, m)."""
+    gradient: NDArray[np.float64]
+    """Shape (2, n)."""
+    lower: NDArray[np.float64]
+    """Bounds on the unknowns and on the rows, shape (2, n + r)."""
+    upper: NDArray[np.float64]
+
+    @classmethod
+    def of(cls, programs: Any) -> Work:
+        """Room for one of these `Programs`."""
+        unknowns, parts = programs.gain.shape[1:]
+        bounds = (2, unknowns + programs.rows.shape[1])
+        return cls(
+            np.empty((2, parts)), np.empty((2, unknowns)), np.empty(bounds), np.empty(bounds)
+        )
+
 
 KEPT = 0.02
 """Of the interval of landings that can be saved if the push ends now, what a landing for a push
@@ -100,8 +109,8 @@ _NOT_CONVERGED = int(Status.NOT_CONVERGED)
 
 @njit
 def _deviation(plan, observation, growth, force, deviation):
-    """DCM (and lean of the trunk) against the plan, and the push, axis by axis; the lateral one is
-    looked at towards the swing foot, so that left and right are the same program.
+    """DCM (and lean of the trunk) against the plan, and the push, axis by axis; the lateral one
+    counts towards the swing foot, so that left and right are the same program.
 
     The convergent part of the motion decays by itself. To chase it too would make a disturbance of
     every new velocity.
@@ -123,10 +132,10 @@ def _saved_landings(parameters, axis, offset, growth):
     pushes from now on; the ZMP does what it can. In the axes of the program.
 
     With W(l) what is saved after a landing at l, ahead and behind, and c the reach of the ZMP,
-    l + W(l) >= e_least - c and l - W(l) <= e_most + c: both sides grow with l.
+    l + W(l) >= e_min - c and l - W(l) <= e_max + c: both sides grow with l.
 
     Args:
-        parameters: an `MPC` record.
+        parameters: an `MpcParameters` record.
         axis: 0 for x; 1 for y, towards the swing foot.
         offset: of the DCM from the support foot now [m].
         growth: of the DCM until the landing.
@@ -139,7 +148,7 @@ def _saved_landings(parameters, axis, offset, growth):
     taken = reach * (growth - 1.0) + reach
     least, most = offset * growth - taken, offset * growth + taken
     # Across, ahead of this step is inward of the next one.
-    ahead, behind = parameters.worth[axis, axis], parameters.worth[axis, 1 - axis]
+    ahead, behind = parameters.saved[axis, axis], parameters.saved[axis, 1 - axis]
     last = ahead.shape[0] - 1
     first, final = low + last * spacing, low
     for node in range(last, -1, -1):
@@ -184,18 +193,18 @@ def _bound_steps(parameters, plan, observation, force, lower, upper):
             if j == 0 and force[i] != 0.0:
                 sign = 1.0 if i == 0 else float(side)
                 offset = sign * (observation.dcm[i] - observation.support_foot[i])
-                least, most = _saved_landings(parameters, i, offset, growth)
-                kept = KEPT * (most - least)
+                least, largest = _saved_landings(parameters, i, offset, growth)
+                kept = KEPT * (largest - least)
                 if kept > 0.0:
-                    ends = sign * (least + kept) - planned, sign * (most - kept) - planned
-                    least, most = min(ends[0], ends[1]), max(ends[0], ends[1])
-                    low, high = min(max(low, least), high), max(min(high, most), low)
-            most, hardest = tracking.swing.max_speed, tracking.swing.max_acceleration
-            if j == 0 and (most < math.inf or hardest < math.inf):
+                    ends = sign * (least + kept) - planned, sign * (largest - kept) - planned
+                    least, largest = min(ends[0], ends[1]), max(ends[0], ends[1])
+                    low, high = min(max(low, least), high), max(min(high, largest), low)
+            speed, acceleration = tracking.swing.max_speed, tracking.swing.max_acceleration
+            if j == 0 and (speed < math.inf or acceleration < math.inf):
                 away = observation.swing_foot[i] - observation.support_foot[i] - planned
                 velocity = observation.swing_foot_velocity[i]
-                ahead = away + furthest(velocity, left, most, hardest)
-                behind = away - furthest(-velocity, left, most, hardest)
+                ahead = away + furthest(velocity, left, speed, acceleration)
+                behind = away - furthest(-velocity, left, speed, acceleration)
                 low, high = min(max(low, behind), ahead), max(min(high, ahead), behind)
             if i == 1 and observation.support_side < 0:
                 low, high = -high, -low
@@ -203,26 +212,24 @@ def _bound_steps(parameters, plan, observation, force, lower, upper):
 
 
 @njit
-def prepare(
-    parameters, gain, row_state, state, observation, next_state, deviation, gradient, lower, upper
-):
-    """Everything before the program: see the robot, go on with the plan, put the program together.
+def prepare(parameters, programs, state, observation, next_state, work):
+    """Everything before the program: observe, go on with the plan, put the program together.
 
-    Ten arguments: the tables of the program come from Python beside the record of parameters, and
-    what is put together goes back to Python as four arrays, of sizes that only the method knows.
+    Args:
+        parameters, state, observation, next_state: arrays of one record.
+        programs: of every control cycle of a step.
+        work: what is put together.
 
     Returns:
         what is to do, HELD, KEEP or SOLVE, and the control cycle of the step that it is.
     """
     parameters, state, observation = parameters[0], state[0], observation[0]
     following = next_state[0]
-    following.decision = state.decision
-    if look(parameters.tracking.gate, state, observation, following):
-        following.observer = state.observer
-        following.observer.seen = 0
-        hold(state, following)
+    following.decision, following.observer = state.decision, state.observer
+    if not validate(parameters.tracking.gate, state, observation, following):
+        following.observer.known = 0
         return HELD, 0
-    observation = following.belief.seen
+    observation = following.validated.observation
     new_step, growth = plan_step(parameters.tracking, state, following)
     plan, decision, observer = following.plan, following.decision, following.observer
     observe_push(parameters.observing, state.observer, observation, observer)
@@ -232,30 +239,36 @@ def prepare(
     due = DUE * parameters.tracking.swing.period
     if not new_step and due < wait <= parameters.solve_period + due:
         return KEEP, 0
-    cycle = min(
-        max(round(observation.elapsed / parameters.tracking.swing.period), 0), gain.shape[0] - 1
-    )
-    _deviation(plan, observation, growth, observer.force, deviation)
-    gradient[:] = 0.0
+    cycle = max(round(observation.elapsed / parameters.tracking.swing.period), 0)
+    cycle = min(cycle, programs.gain.shape[0] - 1)
+    _deviation(plan, observation, growth, observer.force, work.deviation)
+    work.gradient[:] = 0.0
     for i in range(2):
-        for a in range(gradient.shape[1]):
-            for b in range(deviation.shape[1]):
-                gradient[i, a] += gain[cycle, a, b] * deviation[i, b]
+        for a in range(work.gradient.shape[1]):
+            for b in range(work.deviation.shape[1]):
+                work.gradient[i, a] += programs.gain[cycle, a, b] * work.deviation[i, b]
+    _bound(parameters, plan, observation, observer.force, programs.row_state[cycle], work)
+    return SOLVE, cycle
+
+
+@njit
+def _bound(parameters, plan, observation, force, row_state, work):
+    """Write the bounds on the unknowns, and on the lean of the trunk."""
+    unknowns, half = work.gradient.shape[1], parameters.tracking.half_foot
+    lower, upper = work.lower, work.upper
+    for i in range(2):
         for a in range(parameters.samples):
-            lower[i, a] = -parameters.tracking.half_foot[i]
-            upper[i, a] = parameters.tracking.half_foot[i]
-    _bound_steps(parameters, plan, observation, observer.force, lower, upper)
-    unknowns = gradient.shape[1]
+            lower[i, a], upper[i, a] = -half[i], half[i]
+    _bound_steps(parameters, plan, observation, force, lower, upper)
     for i in range(2):
         for a in range(parameters.samples + parameters.steps, unknowns):
             lower[i, a], upper[i, a] = -parameters.max_shift, parameters.max_shift
-        for a in range(row_state.shape[1]):
+        for a in range(row_state.shape[0]):
             free = 0.0
-            for b in range(deviation.shape[1]):
-                free += row_state[cycle, a, b] * deviation[i, b]
+            for b in range(work.deviation.shape[1]):
+                free += row_state[a, b] * work.deviation[i, b]
             lower[i, unknowns + a] = -parameters.max_lean - free
             upper[i, unknowns + a] = parameters.max_lean - free
-    return SOLVE, cycle
 
 
 @njit
@@ -278,7 +291,7 @@ def _offset_at_landing(parameters, deviation, solution, axis, cycle):
 
 @njit
 def _keep_under_sole(parameters, observation, cycle, solution):
-    """Move the ZMPs of this step into the sole as it is turned; the program has it straight."""
+    """Move the ZMPs of this step into the rotated sole; the program has it straight."""
     half, yaw = parameters.tracking.half_foot, observation.support_yaw
     if yaw == 0.0:
         return
@@ -292,7 +305,7 @@ def _keep_under_sole(parameters, observation, cycle, solution):
 @njit
 def decide(parameters, deviation, solution, cycle, solved, next_state):
     """Take the solution of the program into the state."""
-    parameters, observation = parameters[0], next_state[0].belief.seen
+    parameters, observation = parameters[0], next_state[0].validated.observation
     _keep_under_sole(parameters, observation, cycle, solution)
     plan, decision = next_state[0].plan, next_state[0].decision
     node = math.floor(observation.elapsed / parameters.sample + DUE) + 1
@@ -318,7 +331,7 @@ def decide(parameters, deviation, solution, cycle, solved, next_state):
 @njit
 def act(parameters, state, next_state):
     """Write the command of what was decided."""
-    parameters, observation = parameters[0], next_state[0].belief.seen
+    parameters, observation = parameters[0], next_state[0].validated.observation
     plan, decision = next_state[0].plan, next_state[0].decision
     command = next_state[0].command
     adapted, acting = False, next_state[0].observer.zmp
@@ -335,10 +348,8 @@ def act(parameters, state, next_state):
             acting[i] += decision.torque[i] / parameters.torque_per_shift
     keep_box(parameters.tracking, observation, command)
     plan.adapting = 1 if adapted else 0
-    remember(observation, acting, next_state[0].observer)
-    if next_state[0].belief.guessed & PENDULUM:
-        # Nothing pushes a pendulum that is only predicted.
-        next_state[0].observer.seen = 0
+    predicted = next_state[0].validated.predicted
+    remember(observation, acting, predicted, next_state[0].observer)
     command.mode = _ADAPTING if adapted else _TRACKING_MODE
     command.status, command.double_support = decision.status, 0
     if observation.elapsed > plan.step_duration + DUE * parameters.tracking.swing.period:

@@ -16,20 +16,28 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cache
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from surefoot.checks import check_number, optional_module
 from surefoot.control.base import GaitController
-from surefoot.control.cycle import side_index
 from surefoot.control.defaults import natural_length
-from surefoot.control.fields import filled, setting
-from surefoot.control.mpc.cycle import DUE, HELD, MPC, MPC_STATE, SOLVE, act, decide, prepare
+from surefoot.control.fields import filled, setting, weight
+from surefoot.control.mpc.cycle import (
+    DUE,
+    HELD,
+    SOLVE,
+    MpcParameters,
+    MpcState,
+    Work,
+    act,
+    decide,
+    prepare,
+)
 from surefoot.control.push_observer import observing
-from surefoot.control.tracking import NO_GAIN, tracking_parameters
-from surefoot.dcm.nominal_gait import NominalGait
+from surefoot.control.tracking import tracking_parameters
 from surefoot.errors import ParameterError
 from surefoot.interface import Command, Observation
 from surefoot.record import new_array
@@ -45,13 +53,16 @@ the CoM."""
 _SOLVED, _SOFT = 1, 8
 """DAQP's words for an answer, and for a bound that may be violated."""
 
+ON_ZMP = "on the distance of the ZMP from the centre of the foot"
+"""The words of its weight."""
+
 NEXT_NODE = 1e-9
 """A node this fraction of a sample ahead is now."""
 
 
 @dataclass(frozen=True)
 class Horizon:
-    """Intervals of a horizon, seen from one moment of a step.
+    """Intervals of a horizon, from one moment of a step on.
 
     Nodes lie at multiples of the sample since touchdown, so a touchdown is one of them; only the
     first interval is shorter.
@@ -155,8 +166,7 @@ def placed_feet(feet: NDArray[np.int64], steps: int) -> NDArray[np.float64]:
     return (feet[:, None] > np.arange(steps)).astype(np.float64)
 
 
-@dataclass(frozen=True)
-class Programs:
+class Programs(NamedTuple):
     """The quadratic program of every control cycle of a step, but for the robot's deviation.
 
         minimise y' hessian y / 2 + (gain deviation)' y
@@ -181,33 +191,6 @@ def _solver() -> Callable[..., Any]:
     return optional_module("daqp", "model predictive control", "mpc").solve
 
 
-def default_push_horizon(gait: NominalGait, period: float, solve_period: float | None) -> float:
-    """How much longer a push is expected to go on [s].
-
-    A step as long as what was decided for it is taken back in the cycle in which it ends.
-    """
-    return gait.step_duration if solve_period is None or solve_period <= period else 0.0
-
-
-def samples_in(gait: NominalGait, sample: float) -> int:
-    """How many samples a step gets: it is divided evenly, so that touchdowns are nodes."""
-    return max(1, round(gait.step_duration / sample))
-
-
-def steps_ahead(gait: NominalGait, sample: float, samples: int) -> int:
-    """The most touchdowns inside a horizon."""
-    per_step = samples_in(gait, sample)
-    return (per_step - 1 + samples - 1) // per_step
-
-
-def horizons(gait: NominalGait, period: float, sample: float, samples: int) -> list[Horizon]:
-    """The horizon seen from each control cycle of a step."""
-    per_step = samples_in(gait, sample)
-    cycles = max(1, math.ceil(gait.step_duration / period - DUE))
-    node = gait.step_duration / per_step
-    return [horizon(cycle * period, node, samples, per_step) for cycle in range(cycles)]
-
-
 @dataclass(frozen=True)
 class RecedingHorizon(GaitController):
     """What every linear MPC does with its programs; what they are is the subclass's own.
@@ -215,46 +198,55 @@ class RecedingHorizon(GaitController):
     A library solves them, so it walks alone and not in a compiled batch.
     """
 
-    STATE = MPC_STATE
+    STATE = MpcState
     SAMPLES_PER_STEP: ClassVar[int] = 5
     """Intervals of the horizon in a nominal step if `sample` is None."""
 
     samples: int = setting(16, "", "intervals of the horizon")
     sample: float | None = setting(
-        None,
-        "s",
-        "their length; a step is divided evenly, into intervals close to it; T_nom over "
-        "`SAMPLES_PER_STEP` if None",
-        above=0.0,
-    )
-    velocity_weight: float | None = setting(
-        None,
-        "s^2/m^2",
-        "on the deviation of the CoM velocity from the nominal gait; 12.26 / omega^2 if None",
-        least=0.0,
-        is_weight=True,
-    )
-    zmp_weight: float = setting(
-        1.0,
-        "1/m^2",
-        "on the distance of the ZMP from the centre of the foot",
-        above=0.0,
-        is_weight=True,
-    )
+        None, "s", "their length; a step is divided evenly, into intervals close to it; T_nom over "
+        "`SAMPLES_PER_STEP` if None", above=0.0,
+        own=lambda mpc: mpc.gait.step_duration / mpc.SAMPLES_PER_STEP,
+    )  # fmt: skip
+    velocity_weight: float | None = weight(
+        None, "s^2/m^2", "on the deviation of the CoM velocity from the nominal gait; "
+        "12.26 / omega^2 if None", own=lambda mpc: VELOCITY_WEIGHT / mpc.robot.omega**2,
+    )  # fmt: skip
+    zmp_weight: float = weight(1.0, "1/m^2", ON_ZMP, above=0.0)
     solve_period: float | None = setting(
-        None,
-        "s",
-        "how often the program is solved, and at every sample; in every cycle if None",
-        kw_only=True,
-    )
+        None, "s", "how often the program is solved, and at every sample; in every cycle if None",
+        kw_only=True, own=lambda mpc: mpc.period,
+    )  # fmt: skip
     period: float = setting(0.005, "s", "control period", above=0.0, kw_only=True)
     programs: Programs = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        seen = horizons(self.gait, self.period, filled(self.sample), self.samples)
-        made = zip(*map(self.make_program, seen), strict=True)
+        made = zip(*map(self.make_program, self.horizons()), strict=True)
         object.__setattr__(self, "programs", Programs(*(np.array(part) for part in made)))
+
+    @property
+    def samples_per_step(self) -> int:
+        """How many samples a step gets: it is divided evenly, so that touchdowns are nodes."""
+        return max(1, round(self.gait.step_duration / filled(self.sample)))
+
+    @property
+    def node(self) -> float:
+        """From one node to the next [s]."""
+        return self.gait.step_duration / self.samples_per_step
+
+    @property
+    def steps_ahead(self) -> int:
+        """The most touchdowns inside a horizon."""
+        return (self.samples_per_step + self.samples - 2) // self.samples_per_step
+
+    def horizons(self) -> list[Horizon]:
+        """The horizon from each control cycle of a step on."""
+        cycles = max(1, math.ceil(self.gait.step_duration / self.period - DUE))
+        return [
+            horizon(cycle * self.period, self.node, self.samples, self.samples_per_step)
+            for cycle in range(cycles)
+        ]
 
     def check(self) -> None:
         """Refuse what no receding horizon can work with; load its solver.
@@ -272,41 +264,27 @@ class RecedingHorizon(GaitController):
             )
         _solver()
 
-    def defaults(self) -> dict[str, float]:
-        """Sample, weight of the velocity, and how often a program is solved."""
-        return {
-            "sample": self.gait.step_duration / self.SAMPLES_PER_STEP,
-            "velocity_weight": VELOCITY_WEIGHT / self.robot.omega**2,
-            "solve_period": self.period,
-        }
+    def make_parameters(self) -> MpcParameters:
+        """Those of fixed steps and no trunk."""
+        robot, gait = self.robot, self.gait
+        return MpcParameters(
+            tracking=tracking_parameters(self),
+            nominal_step=[gait.step(side) for side in (Side.RIGHT, Side.LEFT)],
+            solve_period=filled(self.solve_period),
+            sample=self.node,
+            samples_per_step=self.samples_per_step,
+            samples=self.samples,
+            unit=robot.com_height,
+            moved=MOVED * robot.com_height,
+            observing=observing(robot.omega, self.period, natural_length(robot, gait)),
+        )
 
-    def make_parameters(self) -> NDArray[np.void]:
-        """The `MPC` record with fixed steps and no trunk."""
-        robot, gait, parameters = self.robot, self.gait, new_array(MPC)
-        parameters["tracking"] = tracking_parameters(robot, gait, NO_GAIN, True, 0.0, self.period)
-        for side in Side:
-            parameters["nominal_step"][0, side_index.py_func(side)] = gait.step(side)
-        per_step = samples_in(gait, filled(self.sample))
-        parameters["solve_period"] = self.solve_period
-        parameters["samples_per_step"] = per_step
-        parameters["sample"] = gait.step_duration / per_step
-        parameters["samples"] = self.samples
-        parameters["unit"] = robot.com_height
-        parameters["moved"] = MOVED * robot.com_height
-        room = natural_length(robot, gait)
-        parameters["observing"] = observing(robot.omega, self.period, room)
-        return parameters
-
-    def make_program(self, seen: Horizon) -> tuple[NDArray[np.float64], ...]:
+    def make_program(self, ahead: Horizon) -> tuple[NDArray[np.float64], ...]:
         """Hessian, gain, rows and row_state of one control cycle, see `Programs`."""
         raise NotImplementedError(f"{type(self).__name__}.make_program")
 
     def start(self, observation: Observation) -> NDArray[np.void]:
-        """The state before the first cycle: a program is due.
-
-        Raises:
-            ParameterError: the observation is not finite.
-        """
+        """The state before the first cycle: a program is due."""
         state = super().start(observation)
         state["decision"]["until"] = -math.inf
         return state
@@ -320,15 +298,11 @@ class RecedingHorizon(GaitController):
         with `Status.NOT_CONVERGED`.
         """
         parameters, programs = self.parameters, self.programs
-        next_state = new_array(MPC_STATE)
+        next_state, work = new_array(MpcState.DTYPE), Work.of(programs)
+        deviation, gradient, lower, upper = work
+        solution = np.zeros_like(gradient)
         unknowns, rows = programs.gain.shape[1], programs.rows.shape[1]
-        deviation = np.empty((2, programs.gain.shape[2]))
-        gradient, solution = np.empty((2, unknowns)), np.zeros((2, unknowns))
-        lower, upper = np.empty((2, unknowns + rows)), np.empty((2, unknowns + rows))
-        task, cycle = prepare(
-            parameters, programs.gain, programs.row_state, state, observation.array, next_state,
-            deviation, gradient, lower, upper,
-        )  # fmt: skip
+        task, cycle = prepare(parameters, programs, state, observation.array, next_state, work)
         if task == SOLVE:
             # The solver has tolerances of its own: in units of the robot they are the robot's.
             unit = float(parameters["unit"][0])

@@ -15,8 +15,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from surefoot.control.fields import filled, setting
-from surefoot.control.mpc.horizon import Horizon, RecedingHorizon, samples_in, velocity_response
+from surefoot.control.fields import filled, setting, weight
+from surefoot.control.mpc.horizon import ON_ZMP, Horizon, RecedingHorizon, velocity_response
 from surefoot.control.registry import method
 
 
@@ -46,20 +46,12 @@ class LinearMpc(RecedingHorizon):
     """Of 0.02 s for the paper's biped, as published."""
 
     samples: int = setting(75, "", "intervals of the horizon")
-    zmp_weight: float = setting(
-        1e-3,
-        "1/m^2",
-        "on the distance of the ZMP from the centre of the foot",
-        above=0.0,
-        is_weight=True,
-    )
+    zmp_weight: float = weight(1e-3, "1/m^2", ON_ZMP, above=0.0)
 
-    def make_program(self, seen: Horizon) -> tuple[NDArray[np.float64], ...]:
+    def make_program(self, ahead: Horizon) -> tuple[NDArray[np.float64], ...]:
         """Hessian, gain, rows and row_state of one control cycle."""
-        share = seen.lengths / (
-            self.gait.step_duration / samples_in(self.gait, filled(self.sample))
-        )
-        from_dcm, from_zmp = velocity_response(self.gait.omega, seen.lengths)
+        share = ahead.lengths / self.node
+        from_dcm, from_zmp = velocity_response(self.gait.omega, ahead.lengths)
         weighed = filled(self.velocity_weight) * share[:, None] * from_zmp
         hessian = from_zmp.T @ weighed + self.zmp_weight * np.diag(share)
         none = np.zeros((0, self.samples))

@@ -8,7 +8,7 @@ The program of `mpc.linear`, with the step vectors of the horizon as further unk
 The reference is the velocity of the nominal gait, with its sway from foot to foot: a reference of
 constant lateral velocity would draw the feet together until their bounds hold them apart.
 
-A push that is felt, see `push_observer`, is expected to go on. Without that, a step that lands
+A push that is observed, see `push_observer`, is expected to go on. Without that, a step that lands
 while it does is too short by all that is still to come, and cannot be taken back: late in a step
 that costs a third to half of what can be survived. But a step for a push that goes on must be one
 that is saved if it ends now, see `mpc.cycle`.
@@ -18,24 +18,32 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from surefoot.control.fields import filled, setting
+from surefoot.control.fields import filled, setting, weight
+from surefoot.control.mpc.cycle import MpcParameters
 from surefoot.control.mpc.horizon import (
     Horizon,
     RecedingHorizon,
-    default_push_horizon,
     placed_feet,
     push_response,
-    samples_in,
-    steps_ahead,
     velocity_response,
 )
 from surefoot.control.registry import method, variant
 from surefoot.dcm.landing_schedule import evenly_timed
 from surefoot.dcm.viable_displacement import viable_displacement
+
+
+def _push_horizon(mpc: Any) -> float:
+    """How much longer a push is expected to go on [s].
+
+    A step as long as what was decided for it is taken back in the cycle in which it ends.
+    """
+    every_cycle = mpc.solve_period is None or mpc.solve_period <= mpc.period
+    return mpc.gait.step_duration if every_cycle else 0.0
 
 
 @method(
@@ -62,45 +70,36 @@ class FootPlacementMpc(RecedingHorizon):
     """
 
     NEEDS_LEG = True
-    step_weight: float = setting(
-        1e-3,
-        "1/m^2",
-        "on the deviation of a step vector from the nominal one",
-        above=0.0,
-        is_weight=True,
+    step_weight: float = weight(
+        1e-3, "1/m^2", "on the deviation of a step vector from the nominal one", above=0.0
     )
     push_horizon: float | None = setting(
-        None,
-        "s",
-        "how much longer a push that is observed is expected to go on; T_nom if None, or 0 if not "
-        "every cycle solves a program",
-        least=0.0,
-    )
+        None, "s", "how much longer a push that is observed is expected to go on; T_nom if None, "
+        "or 0 if not every cycle solves a program", least=0.0, own=_push_horizon,
+    )  # fmt: skip
 
-    def defaults(self) -> dict[str, float]:
-        """Those of every linear MPC, and for how long a push goes on."""
-        lasting = default_push_horizon(self.gait, self.period, self.solve_period)
-        return {"push_horizon": lasting, **super().defaults()}
-
-    def make_parameters(self) -> NDArray[np.void]:
-        """The `MPC` record with free steps, at the times of the gait."""
-        parameters, own = super().make_parameters(), viable_displacement(self.robot)
-        parameters["steps"] = steps_ahead(self.gait, filled(self.sample), self.samples)
-        parameters["worth"] = evenly_timed(self.robot, self.gait.step_duration)
-        parameters["low"], parameters["spacing"] = own.low, own.spacing
-        return parameters
-
-    def make_program(self, seen: Horizon) -> tuple[NDArray[np.float64], ...]:
-        """Hessian, gain, rows and row_state of one control cycle."""
-        share = seen.lengths / (
-            self.gait.step_duration / samples_in(self.gait, filled(self.sample))
+    def make_parameters(self) -> MpcParameters:
+        """Those of free steps, at the times of the gait."""
+        tables = viable_displacement(self.robot)
+        return (
+            super()
+            .make_parameters()
+            .replace(
+                steps=self.steps_ahead,
+                saved=evenly_timed(self.robot, (self.gait.step_duration,))[0],
+                low=tables.low,
+                spacing=tables.spacing,
+            )
         )
-        steps = steps_ahead(self.gait, filled(self.sample), self.samples)
-        from_dcm, from_zmp = velocity_response(self.gait.omega, seen.lengths)
-        response = np.hstack([from_zmp, from_zmp @ placed_feet(seen.feet, steps)])
+
+    def make_program(self, ahead: Horizon) -> tuple[NDArray[np.float64], ...]:
+        """Hessian, gain, rows and row_state of one control cycle."""
+        share, steps = ahead.lengths / self.node, self.steps_ahead
+        from_dcm, from_zmp = velocity_response(self.gait.omega, ahead.lengths)
+        response = np.hstack([from_zmp, from_zmp @ placed_feet(ahead.feet, steps)])
         weighed = filled(self.velocity_weight) * share[:, None] * response
         own = np.concatenate([self.zmp_weight * share, np.full(steps, self.step_weight)])
-        from_push = push_response(from_zmp, seen.lengths, filled(self.push_horizon))
+        from_push = push_response(from_zmp, ahead.lengths, filled(self.push_horizon))
         gain = weighed.T @ np.stack([from_dcm, from_push], axis=1)
         none = np.zeros((0, self.samples + steps))
         return response.T @ weighed + np.diag(own), gain, none, none[:, :2]

@@ -15,8 +15,8 @@ from __future__ import annotations
 import math
 
 from surefoot.compiled import njit
+from surefoot.control.unified.problem import saved_after
 from surefoot.dcm.leg import reachable_interval, time_to
-from surefoot.dcm.viable_displacement import value_after
 
 GOLDEN = 0.6180339887498949
 """Each round keeps this much of the bracket."""
@@ -69,13 +69,7 @@ def reach(landing, situation, axis, time):
 
 
 @njit(forceinline=True)
-def worth_after(worth, landing, axis, row, place):
-    """Z after a landing, and its slope there: linear between nodes, and beyond the last ones."""
-    return value_after(worth[axis, row], landing.step_min[axis], landing.spacing[axis], place)
-
-
-@njit(forceinline=True)
-def worth_of(landing, situation, axis, sign, time):
+def saved_by_landing(landing, situation, axis, sign, time):
     """The largest displacement along `sign` that a landing after a time can save, for c = 0.
 
     Returns:
@@ -83,7 +77,7 @@ def worth_of(landing, situation, axis, sign, time):
     """
     low, high, low_rate, high_rate = reach(landing, situation, axis, time)
     row, place, rate = (0, high, high_rate) if sign > 0.0 else (1, low, low_rate)
-    after, slope = worth_after(landing.worth, landing, axis, row, place)
+    after, slope = saved_after(landing, axis, row, place)
     shrink = math.exp(-landing.omega * time)
     return shrink * (sign * place + after), shrink * (sign + slope) * rate
 
@@ -100,7 +94,7 @@ def corner_time(landing, situation, axis, end):
 def best_landing(landing, situation, axis, sign, enough, rounds):
     """The landing that saves the largest displacement along `sign`, whatever the other axis does.
 
-    Without a limit of acceleration the worth is linear in time but for its decay, piece by piece,
+    Without a limit of acceleration the saved is linear in time but for its decay, piece by piece,
     and largest where it is its growth over omega; once the foot is at the end of the box, waiting
     only costs. Otherwise the best of some times is refined by golden section.
 
@@ -116,32 +110,32 @@ def best_landing(landing, situation, axis, sign, enough, rounds):
     end = landing.step_max[axis] if sign > 0.0 else landing.step_min[axis]
     there = corner_time(landing, situation, axis, end)
     beyond = landing.zmp_reach[axis] - sign * situation.offset[axis]
-    best, when = worth_of(landing, situation, axis, sign, latest)[0], latest
+    best, when = saved_by_landing(landing, situation, axis, sign, latest)[0], latest
     if landing.max_acceleration == math.inf:
         time = last = min(max(there, earliest), latest)
         for k in range(ROUNDS_ALONE):
             # Just before the foot is there, for the growth it had.
             before = max(time - MOMENT / landing.omega, earliest) if k == 0 else time
-            worth, growth = worth_of(landing, situation, axis, sign, before)
-            if worth > best:
-                best, when = worth, before
+            saved, growth = saved_by_landing(landing, situation, axis, sign, before)
+            if saved > best:
+                best, when = saved, before
             if growth <= 0.0:
                 break
-            time = min(max(before + 1.0 / landing.omega - worth / growth, earliest), last)
+            time = min(max(before + 1.0 / landing.omega - saved / growth, earliest), last)
             if abs(time - before) <= 2.0 * MOMENT / landing.omega:
                 break
-        worth = worth_of(landing, situation, axis, sign, time)[0]
-        if worth > best:
-            best, when = worth, time
+        saved = saved_by_landing(landing, situation, axis, sign, time)[0]
+        if saved > best:
+            best, when = saved, time
     else:
         length = latest - earliest
         for k in range(-1, PARTS_ALONE):
             time = earliest + length * (k / PARTS_ALONE) ** 2 if k >= 0 else there
             if not earliest <= time <= latest:
                 continue
-            worth = worth_of(landing, situation, axis, sign, time)[0]
-            if worth > best:
-                best, when = worth, time
+            saved = saved_by_landing(landing, situation, axis, sign, time)[0]
+            if saved > best:
+                best, when = saved, time
                 if best + beyond >= enough:
                     return best + beyond, when
         part = PARTS_ALONE * math.sqrt(max(when - earliest, 0.0) / length) if length > 0.0 else 0.0
@@ -149,8 +143,8 @@ def best_landing(landing, situation, axis, sign, enough, rounds):
         high = earliest + length * (min(math.ceil(part - SAME) + 1, PARTS_ALONE) / PARTS_ALONE) ** 2
         for _ in range(rounds):
             left, right = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
-            at_left = worth_of(landing, situation, axis, sign, left)[0]
-            at_right = worth_of(landing, situation, axis, sign, right)[0]
+            at_left = saved_by_landing(landing, situation, axis, sign, left)[0]
+            at_right = saved_by_landing(landing, situation, axis, sign, right)[0]
             if max(at_left, at_right) > best:
                 best, when = max(at_left, at_right), left if at_left > at_right else right
             if at_left < at_right:
@@ -187,20 +181,20 @@ def returning_place(landing, axis, sign, allowed, low, high):
         inside what is allowed, negative if there is none [m].
     """
     row, near, far = (1, low, high) if sign > 0.0 else (0, high, low)
-    left = allowed - sign * far + worth_after(landing.worth, landing, axis, row, far)[0]
+    left = allowed - sign * far + saved_after(landing, axis, row, far)[0]
     if left >= 0.0:
         return far, left
-    left = allowed - sign * near + worth_after(landing.worth, landing, axis, row, near)[0]
+    left = allowed - sign * near + saved_after(landing, axis, row, near)[0]
     if left < 0.0:
         return near, left
     inside, beyond, place = near, far, near
-    _, rise = worth_after(landing.worth, landing, axis, row, near)
+    _, rise = saved_after(landing, axis, row, near)
     for _ in range(NEWTON_STEPS):
         if sign * rise < 1.0:
             place += left / (sign - rise)
         if not min(inside, beyond) < place < max(inside, beyond):
             place = 0.5 * (inside + beyond)
-        value, rise = worth_after(landing.worth, landing, axis, row, place)
+        value, rise = saved_after(landing, axis, row, place)
         left = allowed - sign * place + value
         if abs(left) <= EDGE * (landing.step_max[axis] - landing.step_min[axis]):
             return place, 0.0
@@ -227,7 +221,7 @@ def share_at(landing, situation, push_x, push_y, time):
         sign = -1.0 if push < 0.0 else 1.0
         allowed = way_back(landing, situation, axis, sign, growth)
         place, left = returning_place(landing, axis, sign, allowed, low, high)
-        value, _ = worth_after(landing.worth, landing, axis, 0 if sign > 0.0 else 1, place)
+        value, _ = saved_after(landing, axis, 0 if sign > 0.0 else 1, place)
         room = (sign * place + value) / growth + landing.zmp_reach[axis]
         room -= sign * situation.offset[axis]
         rounding = EDGE * (landing.step_max[axis] - landing.step_min[axis])
@@ -242,7 +236,7 @@ def share_at(landing, situation, push_x, push_y, time):
 
 
 @njit
-def most_saved(landing, situation, push_x, push_y, earliest, latest, enough, rounds):
+def max_saved(landing, situation, push_x, push_y, earliest, latest, enough, rounds):
     """The largest `share_at` of all times; the search ends at one that is enough.
 
     The axes land together, so it is the time that is best for the worse one. Of evenly growing
@@ -294,14 +288,14 @@ def saved_share(landing, situation, push_x, push_y):
     """How much of a displacement that is still to come can be saved: 0 to 1.
 
     Args:
-        landing: a `LANDING` record.
-        situation: a `SITUATION` record; reads times, offset, force and foot.
+        landing: a `LandingParameters` record.
+        situation: a `Situation` record; reads times, offset, force and foot.
         push_x, push_y: what the push may still do [m].
     """
     if push_x == 0.0 and push_y == 0.0:
         return 1.0
     earliest, latest = situation.earliest, situation.latest
-    share = most_saved(landing, situation, push_x, push_y, earliest, latest, 1.0, ROUNDS)
+    share = max_saved(landing, situation, push_x, push_y, earliest, latest, 1.0, ROUNDS)
     return min(max(share, 0.0), 1.0)
 
 
@@ -309,7 +303,7 @@ def saved_share(landing, situation, push_x, push_y):
 def anticipate(landing, situation, more_x, more_y):
     """Write what the DCM may be at the landing: the push goes on, or ends just before it.
 
-    Until the landing can no longer be taken back the push is there to be seen, so for the side
+    Until the landing can no longer be taken back the push can be observed, so for the side
     away from it counts that it ends then: e k + f (k - e^(omega t_c)).
     """
     for i in range(2):
@@ -329,8 +323,8 @@ def margin(landing, situation):
     No decision depends on it, so it is found when it is asked for; it takes as long as a decision.
 
     Args:
-        landing: a `LANDING` record.
-        situation: a `SITUATION` record; reads times, offset and foot.
+        landing: a `LandingParameters` record.
+        situation: a `Situation` record; reads times, offset and foot.
     """
     least = math.inf
     for axis in range(2):

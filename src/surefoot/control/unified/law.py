@@ -8,10 +8,9 @@ from __future__ import annotations
 import math
 
 from surefoot.compiled import njit
-from surefoot.control.cycle import LARGEST_EXPONENT
-from surefoot.control.unified.anticipation import anticipate, corner_time, saved_share, worth_after
-from surefoot.control.unified.landing_place import soft_error
-from surefoot.control.unified.problem import Limit
+from surefoot.control.cycle import MAX_EXPONENT
+from surefoot.control.unified.anticipation import anticipate, corner_time, saved_share
+from surefoot.control.unified.problem import Limit, saved_after, soft_error
 from surefoot.dcm.support import nearest_under_foot
 from surefoot.interface import Mode, Status
 
@@ -36,7 +35,7 @@ def mirror(support_side, axis):
 def assess(parameters, observation, plan, last_duration, force, situation, decision):
     """Write the situation: where everything is, and what the push may still do."""
     landing, omega = parameters.landing, parameters.landing.omega
-    elapsed = min(max(observation.elapsed, 0.0), LARGEST_EXPONENT / omega)
+    elapsed = min(max(observation.elapsed, 0.0), MAX_EXPONENT / omega)
     fastest = landing.max_speed
     for i in range(2):
         side = mirror(observation.support_side, i)
@@ -81,8 +80,8 @@ def needed_zmp(landing, situation, axis, growth, place):
     """
     reach, take = landing.zmp_reach[axis], growth - 1.0
     offset = situation.anticipated[axis]
-    along, _ = worth_after(landing.worth, landing, axis, 0, place)
-    against, _ = worth_after(landing.worth, landing, axis, 1, place)
+    along, _ = saved_after(landing, axis, 0, place)
+    against, _ = saved_after(landing, axis, 1, place)
     # A ZMP can be taken back, so it is only asked what the push may do if it goes on.
     over = (offset - reach) * growth - place - along
     under = -(offset + reach) * growth + place - against

@@ -5,7 +5,7 @@ for the landing time T, k = tau e^(-omega t) the growth of the DCM offset e unti
 the ZMP reaches. The problem is to find X and tau that minimise
 
     1/2 a1 (X - X_ref)^2 + 1/2 a3 (tau - tau_ref)^2          stay with the gait,
-    + 1/2 a4 [|e k - d_ref - X| - c_g (k - 1) - delta]+^2     land where the DCM wants it, but for
+    + 1/2 a4 [|e k - d_ref - X| - c_g (k - 1) - delta]+^2     land where the DCM goes, but for
                                                               what the ZMP can take,
     + 1/2 w_v [v]+^2                                          keep what comes after possible,
     + 1/2 w_m [v + rho]+^2                                    and not only just,
@@ -14,7 +14,7 @@ the ZMP reaches. The problem is to find X and tau that minimise
 v = (a - c) k + b - X - Z_along(X) and its mirror image -(a + c) k - b + X - Z_against(X). There
 a k + b is the DCM offset at the landing: with the anticipated e' a = e' and b = 0 along a push,
 which goes on; and a = e + f, b = -f e^(omega t_c) against it, where it ends as soon as the
-landing cannot be taken back any more (`anticipation`). Z is what later steps are worth
+landing cannot be taken back any more (`anticipation`). Z is what later steps can still save
 (`dcm.viable_displacement`): v > 0 is a fall. c_g <= c is how far the ZMP moves while nothing is
 in danger. X lies in the step box and within reach of the leg, tau between its bounds.
 
@@ -30,11 +30,12 @@ import math
 from enum import IntFlag
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from surefoot.dcm.viable_displacement import NODES, viable_displacement
+from surefoot.compiled import njit
+from surefoot.dcm.viable_displacement import NODES, value_after, viable_displacement
 from surefoot.errors import ParameterError
-from surefoot.record import Record, Vector2, field, new_array
+from surefoot.record import Array, Record, Vector2, field
 from surefoot.robot.robot import Robot
 
 LOST_WEIGHT = 1e8
@@ -51,60 +52,57 @@ TOLERANCE = 4e-3
 """Fraction of R. A leg that gets this little further is at its limit, and what is this little
 outside of what can be saved is not lost: soft limits give way as much."""
 
-LANDING = np.dtype(
-    [
-        ("omega", "f8"),
-        ("step_weight", "f8", (2,)),
-        ("tau_weight", "f8"),
-        ("offset_weight", "f8", (2,)),
-        ("lost_weight", "f8"),
-        ("reserve_weight", "f8"),
-        ("gentle_weight", "f8"),
-        ("reserve", "f8", (2,)),
-        ("tolerance", "f8"),
-        ("commitment", "f8"),
-        ("zmp_reach", "f8", (2,)),
-        ("gentle_zmp", "f8", (2,)),
-        ("gentle_offset", "f8", (2,)),
-        ("max_speed", "f8"),
-        ("max_acceleration", "f8"),
-        ("shortest", "f8"),
-        ("longest", "f8"),
-        ("step_min", "f8", (2,)),
-        ("step_max", "f8", (2,)),
-        ("spacing", "f8", (2,)),
-        ("worth", "f8", (2, 2, NODES)),
-    ],
-)
-"""What is the same in all decisions of a controller: omega; a1, a3, a4, w_v, w_m, w_g and rho; what
-counts as nothing beside R [m]; e^(omega t_c), by which the DCM grows in the time before a landing
-in which it cannot be taken back; c, c_g and delta [m]; limits of the leg [m/s, m/s^2]; T_min and
-T_max [s]; the step box, and Z on it [m]. `worth` is by axis, then Z for an offset along it or
-against it of the step that is decided, so that across, where the next step counts towards the other
-side, they have changed places."""
 
-SITUATION = np.dtype(
-    [
-        ("elapsed", "f8"),
-        ("earliest", "f8"),
-        ("latest", "f8"),
-        ("offset", "f8", (2,)),
-        ("force", "f8", (2,)),
-        ("anticipated", "f8", (2,)),
-        ("rate", "f8", (2, 2)),
-        ("shift", "f8", (2, 2)),
-        ("foot", "f8", (2,)),
-        ("foot_velocity", "f8", (2,)),
-        ("step_ref", "f8", (2,)),
-        ("offset_ref", "f8", (2,)),
-        ("tau_ref", "f8"),
-        ("tau_min", "f8"),
-        ("tau_max", "f8"),
-    ],
-)
-"""What is different in each: t, and the least and largest time to the landing [s]; e, f and e' [m];
-a and b by axis and side, see above [m]; swing foot, its velocity [m/s], X_ref and d_ref [m];
-tau_ref and the bounds of tau, tau_min >= e^(omega t)."""
+class LandingParameters(Record):
+    """What is the same in all decisions of a controller."""
+
+    omega: float = field("1/s", "natural frequency")
+    step_weight: Vector2 = field("1/m^2", "a1")
+    tau_weight: float = field("-", "a3")
+    offset_weight: Vector2 = field("1/m^2", "a4")
+    lost_weight: float = field("1/m^2", "w_v")
+    reserve_weight: float = field("1/m^2", "w_m")
+    gentle_weight: float = field("1/m^2", "w_g")
+    reserve: Vector2 = field("m", "rho")
+    tolerance: float = field("m", "what counts as nothing beside R")
+    commitment: float = field(
+        "-", "e^(omega t_c), growth of the DCM in the time before a landing in which it stands"
+    )
+    zmp_reach: Vector2 = field("m", "c")
+    gentle_zmp: Vector2 = field("m", "c_g")
+    gentle_offset: Vector2 = field("m", "delta")
+    max_speed: float = field("m/s", "of the leg")
+    max_acceleration: float = field("m/s^2", "of the leg")
+    shortest: float = field("s", "T_min")
+    longest: float = field("s", "T_max")
+    step_min: Vector2 = field("m", "where the step box begins, and the first node of Z is")
+    step_max: Vector2 = field("m", "where it ends")
+    spacing: Vector2 = field("m", "of the nodes of Z")
+    saved: Array = field(
+        "m", "Z on its nodes, by axis, for an offset along it and against it of the step that is "
+        "decided; across, where the next step counts towards the other side, the two have changed "
+        "places", shape=(2, 2, NODES),
+    )  # fmt: skip
+
+
+class Situation(Record):
+    """What is different in each decision."""
+
+    elapsed: float = field("s", "t")
+    earliest: float = field("s", "least time from now to the landing")
+    latest: float = field("s", "largest time from now to the landing")
+    offset: Vector2 = field("m", "e")
+    force: Vector2 = field("m", "f")
+    anticipated: Vector2 = field("m", "e'")
+    rate: Array = field("m", "a, by axis and side", shape=(2, 2))
+    shift: Array = field("m", "b, by axis and side", shape=(2, 2))
+    foot: Vector2 = field("m", "the swing foot")
+    foot_velocity: Vector2 = field("m/s", "its velocity")
+    step_ref: Vector2 = field("m", "X_ref")
+    offset_ref: Vector2 = field("m", "d_ref")
+    tau_ref: float = field("-", "of the plan")
+    tau_min: float = field("-", "at least e^(omega t)")
+    tau_max: float = field("-", "at least tau_min")
 
 
 class Limit(IntFlag):
@@ -172,8 +170,8 @@ def landing_parameters(
     offset_weight: tuple[float, float] = (1.0, 1.0),
     reserve: float,
     commitment: float = 0.0,
-) -> NDArray[np.void]:
-    """The `LANDING` record of a robot, shape (1,).
+) -> LandingParameters:
+    """The parameters of a robot.
 
     Args:
         robot: whose limits hold.
@@ -190,9 +188,7 @@ def landing_parameters(
         RobotError: the leg cannot step at all; see `viable_displacement`.
         ParameterError: the gait has no room.
     """
-    parameters = new_array(LANDING)
-    record, tables = parameters[0], viable_displacement(robot)
-    record["omega"] = robot.omega
+    tables = viable_displacement(robot)
     if not room > 0.0:
         raise ParameterError(
             "a gait whose steps this leg can follow by others for ever",
@@ -200,22 +196,80 @@ def landing_parameters(
             "walk more slowly, or give the leg its true speed and acceleration",
         )
     per_area = 1.0 / room**2
-    record["step_weight"] = np.multiply(step_weight, per_area)
-    record["tau_weight"] = tau_weight / tau_ref**2
-    record["offset_weight"] = np.multiply(offset_weight, per_area)
-    record["lost_weight"] = LOST_WEIGHT * per_area
-    record["reserve_weight"] = RESERVE_WEIGHT * per_area
-    record["gentle_weight"] = GENTLE_WEIGHT * per_area
-    record["tolerance"] = TOLERANCE * room
-    record["commitment"] = math.exp(robot.omega * commitment)
-    record["zmp_reach"] = zmp_reach
-    record["gentle_zmp"], record["gentle_offset"] = gentle_zmp, gentle_offset
-    record["max_speed"] = robot.swing.max_speed
-    record["max_acceleration"] = robot.swing.max_acceleration
-    record["shortest"], record["longest"] = robot.gait.step_duration
-    record["step_min"], record["spacing"] = tables.low, tables.spacing
-    record["step_max"] = np.add(tables.low, np.multiply(tables.spacing, NODES - 1))
-    record["reserve"] = min(reserve, 0.5 * room)
-    # Across, what is along the step that is decided is against the next one.
-    record["worth"][0], record["worth"][1] = tables.values[0], tables.values[1, ::-1]
-    return parameters
+    shortest, longest = robot.gait.step_duration
+    return LandingParameters(
+        omega=robot.omega,
+        step_weight=np.multiply(step_weight, per_area),
+        tau_weight=tau_weight / tau_ref**2,
+        offset_weight=np.multiply(offset_weight, per_area),
+        lost_weight=LOST_WEIGHT * per_area,
+        reserve_weight=RESERVE_WEIGHT * per_area,
+        gentle_weight=GENTLE_WEIGHT * per_area,
+        reserve=np.full(2, min(reserve, 0.5 * room)),
+        tolerance=TOLERANCE * room,
+        commitment=math.exp(robot.omega * commitment),
+        zmp_reach=zmp_reach,
+        gentle_zmp=gentle_zmp,
+        gentle_offset=gentle_offset,
+        max_speed=robot.swing.max_speed,
+        max_acceleration=robot.swing.max_acceleration,
+        shortest=shortest,
+        longest=longest,
+        step_min=tables.low,
+        step_max=np.add(tables.low, np.multiply(tables.spacing, NODES - 1)),
+        spacing=tables.spacing,
+        # Across, what is along the step that is decided is against the next one.
+        saved=[tables.values[0], tables.values[1, ::-1]],
+    )
+
+
+@njit(forceinline=True)
+def saved_after(landing, axis, row, place):
+    """Z after a landing, and its slope there: linear between nodes, and beyond the last ones."""
+    return value_after(
+        landing.saved[axis, row], landing.step_min[axis], landing.spacing[axis], place
+    )
+
+
+@njit(forceinline=True)
+def outside(landing, axis, place):
+    """How far a landing is outside of the step box, which a fast foot may run past [m]."""
+    low, high = landing.step_min[axis], landing.step_max[axis]
+    return min(place - low, 0.0) + max(place - high, 0.0)
+
+
+@njit(forceinline=True)
+def soft_error(landing, situation, axis, growth, place):
+    """What ZMP and next step cannot take of the error at landing: beyond the dead zone [m]."""
+    error = situation.offset[axis] * growth - situation.offset_ref[axis] - place
+    zone = landing.gentle_zmp[axis] * (growth - 1.0) + landing.gentle_offset[axis]
+    return error - zone if error > zone else (error + zone if error < -zone else 0.0)
+
+
+@njit(forceinline=True)
+def excess(landing, situation, axis, growth, place, along, against):
+    """v of both sides: how far a landing is outside of what can be saved after it [m].
+
+    Args:
+        along, against: Z there, for an offset along the axis and against it [m].
+    """
+    rate, shift, zmp = situation.rate, situation.shift, landing.zmp_reach[axis]
+    return (
+        (rate[axis, 0] - zmp) * growth + shift[axis, 0] - place - along,
+        -(rate[axis, 1] + zmp) * growth - shift[axis, 1] + place - against,
+    )
+
+
+@njit(forceinline=True)
+def excess_at(landing, situation, axis, growth, place):
+    """v of both sides at a landing [m]."""
+    along, _ = saved_after(landing, axis, 0, place)
+    against, _ = saved_after(landing, axis, 1, place)
+    return excess(landing, situation, axis, growth, place, along, against)
+
+
+@njit(forceinline=True)
+def reserved(landing, axis, growth):
+    """How far v has to stay below 0 for a ZMP within c_g: rho, and what it leaves [m]."""
+    spare = landing.zmp_reach[axis] - landing.gentle_zmp[axis]
+    return landing.reserve[axis] + spare * (growth - 1.0)

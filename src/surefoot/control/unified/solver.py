@@ -1,9 +1,11 @@
 """Solve the problem of `control.unified.problem` in a bounded number of steps.
 
-For a given tau the axes are apart, and each is solved by `landing_place`. What remains is
-a function of tau alone, convex where Z is concave; the envelope theorem gives its derivative, in
-which an active reach of the leg counts with its multiplier, and a bracketing secant method finds
-the root. Nothing is allocated.
+For a given tau the axes share nothing. The cost of one is piecewise quadratic in its landing X,
+with kinks at the nodes of Z and where a penalty sets in, and convex where Z is concave: Newton's
+method inside a bracket finds its minimum; where the Z of a slow leg bends up a little, one that
+costs the same to 1e-3. What remains is a function of tau alone, convex where Z is concave; the
+envelope theorem gives its derivative, in which an active reach of the leg counts with its
+multiplier, and a bracketing secant method finds the root. Nothing is allocated.
 
 With a leg of limited acceleration the reach is convex in time until full speed, and has a kink
 where it comes to an end of the step box. There the problem is not convex: the best of some landing
@@ -16,8 +18,14 @@ import math
 
 from surefoot.compiled import njit
 from surefoot.control.unified.anticipation import SAME, corner_time, reach
-from surefoot.control.unified.landing_place import best_place, excess_at, reserved, soft_error
-from surefoot.control.unified.problem import Limit
+from surefoot.control.unified.problem import (
+    Limit,
+    excess,
+    excess_at,
+    outside,
+    reserved,
+    soft_error,
+)
 from surefoot.dcm.leg import furthest
 
 TAU_EVALUATIONS = 60
@@ -40,10 +48,114 @@ FLAT = 1e-10
 """A derivative of the cost over tau / tau_ref that is no larger than this is zero: the cost is
 strongly convex in it."""
 
+NEWTON_STEPS = 30
+"""For one axis at most; the pieces of its cost are few, so three are usual."""
+
+RESOLUTION = 1e-13
+"""A step of Newton's method that is no longer than this part of a cell is the last."""
+
 _STEP = (int(Limit.STEP_X), int(Limit.STEP_Y))
 _LEG = (int(Limit.LEG_X), int(Limit.LEG_Y))
 _SHORTEST, _LONGEST = int(Limit.SHORTEST), int(Limit.LONGEST)
 _RESERVE, _LOST = int(Limit.RESERVE), int(Limit.LOST)
+
+
+@njit(forceinline=True)
+def place_slope(landing, situation, axis, growth, place, cell):
+    """First and second derivative of an axis's cost in X, with the slopes of Z in one cell."""
+    spacing, low = landing.spacing[axis], landing.step_min[axis]
+    into = place - low - cell * spacing
+    up, down = landing.saved[axis, 0, cell], landing.saved[axis, 1, cell]
+    up_slope = (landing.saved[axis, 0, cell + 1] - up) / spacing
+    down_slope = (landing.saved[axis, 1, cell + 1] - down) / spacing
+    over, under = excess(
+        landing, situation, axis, growth, place, up + up_slope * into, down + down_slope * into
+    )
+    error = soft_error(landing, situation, axis, growth, place)
+    weight, stiff = landing.step_weight[axis], landing.offset_weight[axis]
+    reserve, gentle = landing.reserve[axis], reserved(landing, axis, growth)
+    slope = weight * (place - situation.step_ref[axis]) - stiff * error
+    second = weight + (stiff if error != 0.0 else 0.0)
+    for k in range(2):
+        side = 1.0 + up_slope if k == 0 else down_slope - 1.0
+        value = over if k == 0 else under
+        if value > 0.0:
+            slope -= side * landing.lost_weight * value
+            second += side * side * landing.lost_weight
+        if value > -gentle:
+            slope -= side * landing.gentle_weight * (value + gentle)
+            second += side * side * landing.gentle_weight
+        if value > -reserve:
+            slope -= side * landing.reserve_weight * (value + reserve)
+            second += side * side * landing.reserve_weight
+    return slope, second
+
+
+@njit(forceinline=True)
+def place_cell(landing, axis, place):
+    """The cell of the tables in which a place lies; the last one holds all beyond it."""
+    cell = int((place - landing.step_min[axis]) / landing.spacing[axis])
+    return min(max(cell, 0), landing.saved.shape[2] - 2)
+
+
+@njit(forceinline=True)
+def end_slope(landing, situation, axis, growth, place):
+    """The slope of the cost at an end of the interval."""
+    cell = place_cell(landing, axis, place)
+    return place_slope(landing, situation, axis, growth, place, cell)[0]
+
+
+@njit(forceinline=True)
+def best_place(landing, situation, axis, growth, low, high, guess):
+    """The landing that costs an axis least, for one tau.
+
+    Newton's method from a guess, inside a bracket; between two cells it may end at their node.
+
+    Args:
+        low, high: the interval of landings [m].
+        guess: where to begin; it changes the way there, not the answer [m].
+
+    Returns:
+        X, the slope of the cost there (of which only an end of the interval leaves any), and at
+        which end it is: -1, 0 or 1.
+    """
+    if high <= low:
+        slope = end_slope(landing, situation, axis, growth, low)
+        return low, slope, -1 if slope > 0.0 else 1
+    at_low = at_high = False  # Whether the bracket's end is known to be one.
+    place = min(max(guess, low), high)
+    for _ in range(NEWTON_STEPS):
+        cell = place_cell(landing, axis, place)
+        slope, second = place_slope(landing, situation, axis, growth, place, cell)
+        if slope > 0.0:
+            if place <= low:
+                return place, slope, -1
+            high, at_high = place, True
+        elif slope < 0.0:
+            if place >= high:
+                return place, slope, 1
+            low, at_low = place, True
+        else:
+            return place, 0.0, 0
+        nearer = place - slope / second
+        if abs(nearer - place) <= RESOLUTION * landing.spacing[axis]:
+            return nearer, 0.0, 0
+        if at_low and at_high:
+            first, last = place_cell(landing, axis, low), place_cell(landing, axis, high)
+            if last == first + 1:
+                node = landing.step_min[axis] + last * landing.spacing[axis]
+                left, _ = place_slope(landing, situation, axis, growth, node, first)
+                right, _ = place_slope(landing, situation, axis, growth, node, last)
+                if left <= 0.0 <= right:
+                    return node, 0.0, 0
+                if left > 0.0:
+                    high = node
+                else:
+                    low = node
+            if not low < nearer < high:
+                nearer = 0.5 * (low + high)
+        place = min(max(nearer, low), high)
+    return place, 0.0, 0
 
 
 @njit
@@ -72,13 +184,6 @@ def tau_slope(landing, situation, tau, decision):
             part += landing.offset_weight[axis] * error * gain
         total += shrink * part
     return total
-
-
-@njit(forceinline=True)
-def outside(landing, axis, place):
-    """How far a landing is outside of the step box, which a fast foot may run past [m]."""
-    low, high = landing.step_min[axis], landing.step_max[axis]
-    return min(place - low, 0.0) + max(place - high, 0.0)
 
 
 @njit(forceinline=True)
@@ -191,10 +296,10 @@ def decide_landing(landing, situation, guess, decision):
     """Write step, tau, active limits and iterations of the decision.
 
     Args:
-        landing: a `LANDING` record.
-        situation: a `SITUATION` record.
+        landing: a `LandingParameters` record.
+        situation: a `Situation` record.
         guess: of tau, such as the last one; it changes the way to the answer, not the answer.
-        decision: a `DECISION` record.
+        decision: a `Decision` record.
     """
     decision.step, decision.iterations = situation.step_ref, 1
     best, least = 0.0, math.inf

@@ -4,20 +4,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import Any
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from surefoot.dcm.pushes import DIRECTIONS
-from surefoot.robot.multibody import SIDES
+from surefoot.robot.feet import FEET
 from surefoot.show import palette
-from surefoot.show.method_marks import Mark, mark
-from surefoot.show.picture_file import marker_path
+from surefoot.show.palette import Mark, mark
 from surefoot.studies.compare.body_question import BodyPushes, BodyWalks
-from surefoot.studies.engine.cells import Row
-from surefoot.studies.engine.pictures import headline
+from surefoot.studies.engine.pictures import add_legend, headline, marked, panel
 from surefoot.studies.engine.study import Measured
+from surefoot.studies.engine.table import Row, select
 
 AIM = 85.0 / 70.0
 """The Δv of the paper's largest push, 85 N s on 70 kg [m/s]."""
@@ -40,35 +40,26 @@ _FALL = {"marker": "X", "color": palette.ALARM, "linestyle": "none", "markersize
 
 
 def push_figure(measured: Measured[BodyPushes]) -> Figure:
-    """The smallest failing push as Δv over the phase: a column for each direction, a row each foot.
-
-    Args:
-        measured: the comparison.
-
-    Returns:
-        A figure of its own, not known to pyplot.
-    """
-    height = _HEAD + _ROW * len(SIDES) + _GAP * (len(SIDES) - 1) + _FOOT
+    """The smallest failing push as Δv over the phase; columns are directions, rows feet."""
+    height = _HEAD + _ROW * len(FEET) + _GAP * (len(FEET) - 1) + _FOOT
     figure = Figure(figsize=(_WIDTH, height), facecolor="white")
     width = (_WIDTH - _LEFT - _RIGHT - _GAP * (len(DIRECTIONS) - 1)) / len(DIRECTIONS)
     mass = measured.study.mass
     tried = [_height(row, mass) for row in measured.rows]
     top = 1.08 * max([AIM, *tried])
-    for row, foot in enumerate(SIDES):
-        bottom = _FOOT + (len(SIDES) - 1 - row) * (_ROW + _GAP)
+    for row, foot in enumerate(FEET):
+        bottom = _FOOT + (len(FEET) - 1 - row) * (_ROW + _GAP)
         for column, direction in enumerate(DIRECTIONS):
             left = _LEFT + column * (width + _GAP)
-            ax = figure.add_axes(
-                (left / _WIDTH, bottom / height, width / _WIDTH, _ROW / height)
-            )  # fmt: skip
+            ax = panel(figure, left, bottom, width, _ROW)
             _draw_scans(ax, measured, direction, foot)
             ax.set_ylim(-0.03 * top, top)
-            ax.tick_params(labelleft=column == 0, labelbottom=row == len(SIDES) - 1)
+            ax.tick_params(labelleft=column == 0, labelbottom=row == len(FEET) - 1)
             if column == 0:
                 ax.set_ylabel(f"{foot} foot stands\nΔv = J / m [m/s]")
             if row == 0:
                 ax.set_title(direction, fontsize=9.5, fontweight="bold")
-            if row == len(SIDES) - 1:
+            if row == len(FEET) - 1:
                 ax.set_xlabel("push begins, part of the step")
     title = (
         f"{measured.study.robot.name}, {mass:.3g} kg  ·  smallest push of 0.2 s that it fails on"
@@ -91,11 +82,7 @@ def _draw_scans(ax: Axes, measured: Measured[BodyPushes], direction: str, foot: 
     ax.set_xticks([0.0, 0.25, 0.5, 0.75, 1.0])
     ax.set_xticklabels(["0", "¼", "½", "¾", "1"])
     for number, key in enumerate(measured.study.methods):
-        rows = [
-            row
-            for row in measured.rows
-            if (row["method"], row["direction"], row["foot"]) == (key, direction, foot)
-        ]
+        rows = select(measured.rows, method=key, direction=direction, foot=foot)
         if rows:
             rows.sort(key=lambda row: row["phase"])
             heights = [_height(row, measured.study.mass) for row in rows]
@@ -106,10 +93,8 @@ def _draw_line(
     ax: Axes, rows: Sequence[Row], heights: Sequence[float], how: Mark, gid: str
 ) -> None:
     ax.plot(
-        [row["phase"] for row in rows], heights, color=how.colour, linewidth=1.4,
-        linestyle=(0, (5, 2)) if how.dashed else "-",
-        marker=marker_path(how), markersize=6.0, markeredgewidth=0.6, markeredgecolor="white",
-        gid=gid, clip_on=False,
+        [row["phase"] for row in rows], heights, gid=gid, clip_on=False,
+        **_line(how, markeredgewidth=0.6, markeredgecolor="white"),
     )  # fmt: skip
     for row, height in zip(rows, heights, strict=True):
         if math.isinf(row["impulse"]):
@@ -121,24 +106,17 @@ def _draw_line(
 
 def _add_legend(figure: Figure, measured: Measured[BodyPushes]) -> None:
     lines = [
-        Line2D(
-            [], [], color=how.colour, linestyle=(0, (5, 2)) if how.dashed else "-", linewidth=1.4,
-            marker=marker_path(how), markersize=6.0, label=label,
-        )
-        for how, label in (
-            (mark(number), one["label"]) for number, one in enumerate(measured.notes["methods"])
-        )
-    ]  # fmt: skip
-    lines.append(
-        Line2D(
-            [], [], color="#222222", linestyle=palette.DASHES, linewidth=1.0,
-            label=f"the aim, {AIM:.2f} m/s",
-        )
-    )  # fmt: skip
-    figure.legend(
-        handles=lines, loc="lower center", ncol=4, frameon=False, bbox_to_anchor=(0.5, 0.0),
-        handlelength=2.6, columnspacing=1.8,
-    )  # fmt: skip
+        Line2D([], [], label=one["label"], **_line(mark(number)))
+        for number, one in enumerate(measured.notes["methods"])
+    ]
+    aim = {"color": "#222222", "linestyle": palette.DASHES, "linewidth": 1.0}
+    lines.append(Line2D([], [], label=f"the aim, {AIM:.2f} m/s", **aim))
+    add_legend(figure, lines, 4, 0.0, handlelength=2.6, columnspacing=1.8)
+
+
+def _line(how: Mark, **options: Any) -> dict[str, Any]:
+    style = (0, (5, 2)) if how.dashed else "-"
+    return marked(how, markersize=6.0, linewidth=1.4, linestyle=style, **options)
 
 
 def walk_title(measured: Measured[BodyWalks], method: str) -> str:
@@ -149,14 +127,7 @@ def walk_title(measured: Measured[BodyWalks], method: str) -> str:
 
 
 def walk_figure(measured: Sequence[Measured[BodyWalks]]) -> Figure:
-    """A row for each condition, a panel for each robot and method, a dot for each walk.
-
-    Args:
-        measured: the walks, of one robot each.
-
-    Returns:
-        A figure of its own, not known to pyplot.
-    """
+    """A row for each condition, a panel for each robot and method, a dot for each walk."""
     panels = [(one, method) for one in measured for method in one.study.methods]
     conditions = {
         shown["key"]: shown["label"] for one in measured for shown in one.notes["conditions"]
@@ -166,9 +137,7 @@ def walk_figure(measured: Sequence[Measured[BodyWalks]]) -> Figure:
     figure = Figure(figsize=(width, height), facecolor="white")
     for column, (one, method) in enumerate(panels):
         left = _LABELS + column * (_PANEL + _APART)
-        ax = figure.add_axes(
-            (left / width, _BOTTOM / height, _PANEL / width, 1.0 - (_TOP + _BOTTOM) / height)
-        )
+        ax = panel(figure, left, _BOTTOM, _PANEL, height - _TOP - _BOTTOM)
         _draw_walks(ax, one, method, list(conditions))
         ax.set_yticks(range(len(conditions)))
         ax.set_yticklabels(list(conditions.values()) if column == 0 else [])
@@ -198,7 +167,7 @@ def _draw_walks(
     ax.set_axisbelow(True)
     ax.tick_params(axis="y", length=0.0)
     for line, key in enumerate(conditions):
-        walks = [r for r in measured.rows if (r["method"], r["condition"]) == (method, key)]
+        walks = select(measured.rows, method=method, condition=key)
         stood = [row for row in walks if row["walked"]]
         name = f"{measured.study.robot.name}-{method}-{key}"
         for values, look, kind in (

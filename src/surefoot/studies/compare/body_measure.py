@@ -19,12 +19,11 @@ import numpy as np
 from surefoot.dcm.pushes import DIRECTIONS, Push
 from surefoot.errors import StudyError
 from surefoot.interface import Status
-from surefoot.robot.multibody import SIDES
+from surefoot.robot.feet import FEET
 from surefoot.rollout.measures import measure_body
 from surefoot.rollout.rollout import Rollout
 from surefoot.rollout.trace import BodyTrace
 from surefoot.studies.engine.body_recovery import SPAN, used_after
-from surefoot.studies.engine.cells import Row
 from surefoot.studies.engine.pushed_body import (
     BEFORE_PUSH,
     NO_STEP,
@@ -32,6 +31,7 @@ from surefoot.studies.engine.pushed_body import (
     PushedBody,
     mechanism_of,
 )
+from surefoot.studies.engine.table import Row, select
 from surefoot.worlds.body.controller import BodyControl
 from surefoot.worlds.body.inverse_dynamics import InverseDynamics
 from surefoot.worlds.body.plant import Surroundings
@@ -119,7 +119,7 @@ def measure_walk(
 
     Returns:
         Whether it `walked` to the end and for how long (`time` [s]), and of a fall `cause` and
-        `words`; root mean squares while walking of `dcm_error`, DCM against its plan as seen from
+        `words`; root mean squares while walking of `dcm_error`, DCM against its plan relative to
         the standing foot, and `estimate_error`, estimated DCM against the true one, likewise [m];
         `drift` of the feet to the left of the course [m] and `heading` of the base away from it
         [rad] in the end, `speed` held [m/s]; `seconds` that it took. NaN is what there is not.
@@ -147,8 +147,8 @@ def measure_walk(
 def tracking_error(rollout: Rollout, trace: BodyTrace) -> float:
     """Root mean square of the true DCM against its plan, both from the standing foot [m].
 
-    The plan is from where the foot is believed to stand: a place that is remembered wrongly, which
-    no controller feels, is left out. NaN if it never walked.
+    The plan is relative to the estimated place of the foot: an error of that place, which no
+    controller measures, is left out. NaN if it never walked.
     """
     walking = trace.walking
     if not walking.any():
@@ -241,7 +241,7 @@ def active_limits(world: BodyWorld) -> set[str]:
     unknowns = nv + 6 * feet
     torques = unknowns + nv - motors
     for number, name in enumerate(multibody.joint_names):
-        leg = name.replace(SIDES[support], "stance").replace(SIDES[1 - support], "swing")
+        leg = name.replace(FEET[support], "stance").replace(FEET[1 - support], "swing")
         if active[joints[number]["dof"]]:
             sign = math.copysign(1.0, multipliers[joints[number]["dof"]])
             found.add(f"{_stop(mapping, joints[number], control, sign)} of {leg}")
@@ -284,7 +284,7 @@ def explain_worst(
     for done, (key, direction) in enumerate(kinds):
         if report is not None:
             report(done, len(kinds))
-        own = [r for r in rows if r["method"] == key and r["direction"] == direction]
+        own = select(rows, method=key, direction=direction)
         worst = min(own, key=lambda row: row["impulse"], default=None)
         if worst is None or worst["cause"] == BEFORE_PUSH or math.isinf(worst["impulse"]):
             continue

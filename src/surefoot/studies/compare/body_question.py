@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from itertools import product
 from types import MappingProxyType
@@ -12,25 +12,29 @@ from typing import Any, ClassVar
 
 import msgspec
 
-from surefoot.checks import check_number, check_pair
+from surefoot.checks import check_number
 from surefoot.dcm.pushes import DIRECTIONS
-from surefoot.errors import ParameterError
-from surefoot.robot.multibody import SIDES
+from surefoot.robot.feet import FEET
 from surefoot.studies.compare.body_measure import measure_push, measure_walk
-from surefoot.studies.engine.cells import Row
 from surefoot.studies.engine.pushed_body import (
     BODY_METHODS,
     FIRST_PUSHED_STEP,
     PUSH_DURATION,
     TIME_AFTER_PUSH,
+    BodyMethod,
     PushedBody,
     body_method,
     controller_of,
     mechanism_of,
     noise_of,
 )
-from surefoot.studies.engine.pushed_walk import check_count, find_named
-from surefoot.studies.engine.study import Study
+from surefoot.studies.engine.pushed_walk import (
+    MethodStudy,
+    check_count,
+    check_different,
+    find_named,
+)
+from surefoot.studies.engine.table import Row
 from surefoot.worlds.body.gait import body_control
 from surefoot.worlds.body.mapping import USUAL_MAPPING, check_mapping
 from surefoot.worlds.body.plant import Surroundings
@@ -55,17 +59,12 @@ class BodyPush:
 
 
 @dataclass(frozen=True)
-class BodyStudy(Study):
-    """What studies of bodies share.
+class BodyStudy(MethodStudy):
+    """What studies of bodies share: the robot has a `[body]`, the methods are those of
+    `body_method`.
 
-    Args:
-        robot: that walks; it has a `[body]`.
-        velocity: commanded [m/s].
-        methods: keys of `BODY_METHODS`.
+    Args, beside those of `MethodStudy`:
         mapping: what moves the joints, see `worlds.body.mapping`.
-
-    Raises:
-        ParameterError: an argument is out of range, or there is nothing to measure.
     """
 
     velocity: tuple[float, float] = (0.3, 0.0)
@@ -76,19 +75,23 @@ class BodyStudy(Study):
     LIBRARIES: ClassVar = ("mujoco", "daqp", "numpy", "numba")
 
     def __post_init__(self) -> None:
-        for key in self.methods:
-            body_method(key)
+        super().__post_init__()
         check_mapping(self.mapping)
-        check_pair("velocity", self.velocity, -math.inf, "m/s")
-        _check_keys("methods", self.methods)
+
+    def common(self) -> dict[str, Any]:
+        """See `Study`."""
+        return super().common() | {"mapping": self.mapping}
+
+    def method(self, key: str) -> BodyMethod:
+        """See `MethodStudy`."""
+        return body_method(key)
 
     def provenance(self) -> dict[str, str]:
         """See `Study`."""
-        vx, vy = self.velocity
         return {
             "robot file": hashlib.sha256(msgspec.json.encode(self.robot)).hexdigest()[:16],
+            **super().provenance(),
             "mass": f"{mechanism_of(self.robot).mass:.4g} kg",
-            "velocity": f"{vx:g}, {vy:g} m/s",
             "joints": self.mapping,
         }
 
@@ -131,21 +134,16 @@ class BodyPushes(BodyStudy):
     def cells(self) -> Iterator[BodyPush]:
         """Everything that is to be measured; what shares a walk to the push is together."""
         for key, foot, phase, direction in product(
-            self.methods, SIDES, range(self.phases), DIRECTIONS
+            self.methods, FEET, range(self.phases), DIRECTIONS
         ):
             yield BodyPush(key, direction, phase / self.phases, foot)
 
     def walk(self, cell: BodyPush) -> PushedBody:
         """The walk that is pushed in a cell."""
         return PushedBody(
-            self.robot,
-            cell.method,
-            cell.foot,
-            cell.phase,
-            self.velocity,
-            self.estimate,
+            self.robot, cell.method, cell.foot, cell.phase, self.velocity, self.estimate,
             self.mapping,
-        )
+        )  # fmt: skip
 
     def cell(self, row: Row) -> BodyPush:
         """The cell of a row."""
@@ -162,9 +160,7 @@ class BodyPushes(BodyStudy):
 
     def common(self) -> dict[str, Any]:
         """See `Study`."""
-        return {
-            "velocity": list(self.velocity),
-            "mapping": self.mapping,
+        return super().common() | {
             "step": self.step,
             "largest": self.largest,
             "estimate": self.estimate,
@@ -187,24 +183,14 @@ class BodyPushes(BodyStudy):
 
     def notes(self, rows: Sequence[Row]) -> dict[str, Any]:
         """`key`, `label` and `adapts` of each method; mass [kg] and step of the scans [N s]."""
-        methods = [
-            {"key": one.key, "label": one.label, "adapts": one.adapts}
-            for one in map(body_method, self.methods)
-        ]
+        methods = _named(map(body_method, self.methods), "key", "label", "adapts")
         return {"methods": methods, "mass": self.mass, "step": self.step}
 
 
 USUAL = "usual-noise"
 """The key of the disturbance that is nothing but the usual noise of every sensor."""
 
-SILENT = {
-    "encoder": 0.0,
-    "rate": 0.0,
-    "gyro": 0.0,
-    "accelerometer": 0.0,
-    "gyro_bias": 0.0,
-    "force": 0.0,
-}
+SILENT = dict.fromkeys(("encoder", "rate", "gyro", "accelerometer", "gyro_bias", "force"), 0.0)
 """Parameters of a `BodyNoise` that is none."""
 
 _NOTHING: Mapping[str, float] = MappingProxyType({})
@@ -212,7 +198,7 @@ _NOTHING: Mapping[str, float] = MappingProxyType({})
 
 @dataclass(frozen=True)
 class BodyDisturbance:
-    """What is wrong with a body's sensors, with the body and with its floor.
+    """A disturbance of a body's sensors, of the body itself and of its floor.
 
     Attributes:
         key: its name on the command line.
@@ -235,23 +221,20 @@ class BodyDisturbance:
         return Surroundings(**self.world, seed=seed)
 
 
-def _only(**sensors: float) -> Mapping[str, float]:
-    return SILENT | sensors
+def _only(key: str, label: str, *names: str) -> BodyDisturbance:
+    """The usual noise of some sensors alone."""
+    usual = BodyNoise()
+    return BodyDisturbance(key, label, SILENT | {name: getattr(usual, name) for name in names})
 
 
-_NOISE = BodyNoise()
 _DELAY, _HEAVY, _LOAD = {"delay": 0.005}, {"mass_factor": 1.1}, {"payload": 10.0}
 _SMOOTH, _BUMPS = {"friction": 0.4}, {"bumps": 0.01}
 
 BODY_DISTURBANCES = (
     BodyDisturbance(USUAL, "usual noise of all sensors"),
-    BodyDisturbance("joint-noise", "joint angles 1 mrad only", _only(encoder=_NOISE.encoder)),
-    BodyDisturbance("velocity-noise", "joint velocities 0.1 rad/s only", _only(rate=_NOISE.rate)),
-    BodyDisturbance(
-        "imu-noise",
-        "inertial unit only",
-        _only(gyro=_NOISE.gyro, gyro_bias=_NOISE.gyro_bias, accelerometer=_NOISE.accelerometer),
-    ),
+    _only("joint-noise", "joint angles 1 mrad only", "encoder"),
+    _only("velocity-noise", "joint velocities 0.1 rad/s only", "rate"),
+    _only("imu-noise", "inertial unit only", "gyro", "gyro_bias", "accelerometer"),
     BodyDisturbance("force-noise", "forces on the soles 5 N", {"force": 5.0}),
     BodyDisturbance("delay-5ms", "delay 5 ms", _DELAY),
     BodyDisturbance("mass+10%", "mass 10 % more", world=_HEAVY),
@@ -273,6 +256,13 @@ def body_disturbance(key: str) -> BodyDisturbance:
         ParameterError: there is none of that name.
     """
     return find_named("a disturbance of a body", BODY_DISTURBANCES, key)
+
+
+def conditions_named(keys: Sequence[str]) -> tuple[str, ...]:
+    """What was named after the usual noise, or everything for "all"."""
+    if "all" in keys:
+        return tuple(one.key for one in BODY_DISTURBANCES)
+    return tuple(dict.fromkeys((USUAL, *keys)))
 
 
 @dataclass(frozen=True)
@@ -313,7 +303,7 @@ class BodyWalks(BodyStudy):
             body_disturbance(key)
         check_number("duration", self.duration, 0.0, "s", above=True)
         check_count("seeds", self.seeds, 3)
-        _check_keys("conditions", self.conditions)
+        check_different("conditions", self.conditions)
 
     def cells(self) -> Iterator[WalkCell]:
         """Every walk."""
@@ -336,11 +326,7 @@ class BodyWalks(BodyStudy):
 
     def common(self) -> dict[str, Any]:
         """See `Study`."""
-        return {
-            "velocity": list(self.velocity),
-            "mapping": self.mapping,
-            "duration": self.duration,
-        }
+        return super().common() | {"duration": self.duration}
 
     def provenance(self) -> dict[str, str]:
         """See `Study`."""
@@ -353,15 +339,10 @@ class BodyWalks(BodyStudy):
     def notes(self, rows: Sequence[Row]) -> dict[str, Any]:
         """`key` and `label` of each method and condition."""
         return {
-            "methods": [_named(one) for one in map(body_method, self.methods)],
-            "conditions": [_named(one) for one in map(body_disturbance, self.conditions)],
+            "methods": _named(map(body_method, self.methods), "key", "label"),
+            "conditions": _named(map(body_disturbance, self.conditions), "key", "label"),
         }
 
 
-def _named(one: Any) -> dict[str, str]:
-    return {"key": one.key, "label": one.label}
-
-
-def _check_keys(name: str, keys: Sequence[str]) -> None:
-    if not keys or len(set(keys)) < len(keys):
-        raise ParameterError(f"at least one of `{name}`, each of them once", f"{keys}", "name some")
+def _named(several: Iterable[Any], *names: str) -> list[dict[str, str]]:
+    return [{name: getattr(one, name) for name in names} for one in several]

@@ -16,10 +16,11 @@ from surefoot.studies.compare.body_figures import (
     walk_title,
 )
 from surefoot.studies.compare.body_question import BodyPushes, BodyWalks
-from surefoot.studies.compare.scores import impulse_words, select, unbroken
-from surefoot.studies.engine.cells import Row
-from surefoot.studies.engine.report import Details, Figure, Part, Report, Table, Text, word_table
+from surefoot.studies.compare.scores import impulse_words, unbroken
+from surefoot.studies.engine.report import Details, Figure, Part, Report, Table, Text, provenance
 from surefoot.studies.engine.study import Measured
+from surefoot.studies.engine.table import Row, select
+from surefoot.studies.engine.words import count_words
 
 MISSING = "–"
 """Where there is no number."""
@@ -42,12 +43,12 @@ USED = {
 """Words, factor and unit of what was used, by its name in `engine.body_recovery.used_after`."""
 
 WALK_COLUMNS = (
-    "what is wrong", "walked", "DCM [mm]", "estimate [mm]", "course [mm]", "heading [mrad]"
+    "disturbance", "walked", "DCM [mm]", "estimate [mm]", "course [mm]", "heading [mrad]"
 )  # fmt: skip
 
 WALK_NOTE = (
     "Of every number the walk in which it is worst: root mean squares while walking of the DCM "
-    "against its plan, and of its estimate against the truth, both seen from the standing foot; "
+    "against its plan, and of its estimate against the truth, both relative to the standing foot; "
     "in the end, the middle of the feet beside the course and the base away from its heading. All "
     "at once are the delay, 10 % more mass, the payload, friction 0.4 and bumps. A time is "
     "that of a fall."
@@ -83,8 +84,8 @@ def push_report(measured: Sequence[Measured[BodyPushes]], explained: Sequence[Ro
         "How much push a body survives",
         (
             ", ".join(one.study.robot.name for one in measured),
-            f"{len(methods)} methods",
-            f"{sum(len(one.rows) for one in measured)} scans of pushes",
+            count_words(len(methods), "method"),
+            count_words(sum(len(m.rows) for m in measured), "scan of pushes", "scans of pushes"),
         ),
         (*parts, Details("What was measured, and how", words), *_provenances(measured)),
     )
@@ -95,10 +96,10 @@ def _protocol_words(measured: Measured[BodyPushes]) -> list[str]:
     study, about = measured.study, measured.provenance
     return [
         f"A robot that walks at {about['velocity']} is pushed once on its base, for 0.2 s "
-        f"from one of {study.phases} phases of a step on, once while the left foot stands and once "
-        "while the right one does. The impulse is scanned upwards from zero in steps of "
-        f"{study.step:g} N s, never bisected: the smallest that it does not survive ends the "
-        "scan. Outward is towards the swing foot, inward towards the foot on the ground.",
+        f"beginning at {count_words(study.phases, 'phase')} of a step, once while the left foot "
+        "stands and once while the right one does. The impulse is scanned upwards from zero in "
+        f"steps of {study.step:g} N s, never bisected: the smallest that it does not survive ends "
+        "the scan. Outward is towards the swing foot, inward towards the foot on the ground.",
         "Survived means that for 5 s after the push nothing but the soles touches the floor, the "
         "legs do not touch each other, the trunk leans less than 0.8 rad and stays above 65 % of "
         "its height, and the robot goes on stepping. Motors have limits of torque, speed and "
@@ -107,7 +108,7 @@ def _protocol_words(measured: Measured[BodyPushes]) -> list[str]:
         f"85 N s on 70 kg: {AIM:.2f} m/s. With timing fixed a step lasts as long as nominal to "
         "5 ms, with place fixed it lands where nominal to 5 mm; both are the unified controller "
         "with a narrower box of steps.",
-        f"What the controllers are told of the body: {about['state']}.",
+        f"State that the controllers are given: {about['state']}.",
     ]
 
 
@@ -122,9 +123,9 @@ def push_table(measured: Measured[BodyPushes]) -> Table:
             rows.append((one["label"], *worst, _mean_words(own), cause_words(causes)))
     return Table(
         f"{study.robot.name}, {study.mass:.3g} kg, at {measured.provenance['velocity']}",
-        f"Smallest push of 0.2 s on the base that it does not survive, N s (and Δv in m/s): the "
-        f"worst of {study.phases} phases and 2 feet; every smaller one on the grid of "
-        f"{study.step:g} N s is survived. The aim is a Δv of {AIM:.2f} m/s, as 85 N s on 70 kg. "
+        "Smallest push of 0.2 s on the base that it does not survive, N s (and Δv in m/s): the "
+        f"worst of {count_words(study.phases, 'phase')} and 2 feet; every smaller one on the grid "
+        f"of {study.step:g} N s is survived. The aim is a Δv of {AIM:.2f} m/s, as 85 N s on 70 kg. "
         f"State: {measured.provenance['state']}.",
         ("method", *DIRECTIONS, "mean Δv", "causes of the falls"),
         rows,
@@ -152,7 +153,7 @@ def _mean_words(rows: Sequence[Row]) -> str:
 
 
 def every_scan(measured: Measured[BodyPushes]) -> Table:
-    """All scans with what was seen of their falls."""
+    """All scans with the signs of their falls."""
     order = list(DIRECTIONS)
     rows = [
         (
@@ -165,7 +166,7 @@ def every_scan(measured: Measured[BodyPushes]) -> Table:
             key=lambda row: (order.index(row["direction"]), row["foot"], row["phase"]),
         )
     ]  # fmt: skip
-    columns = ("method", "direction", "foot", "phase", "N s (Δv)", "what was seen of the fall")
+    columns = ("method", "direction", "foot", "phase", "N s (Δv)", "signs of the fall")
     return Table("", "", columns, rows)
 
 
@@ -216,11 +217,7 @@ def used_words(name: str, value: float) -> str:
 
 
 def walk_report(measured: Sequence[Measured[BodyWalks]]) -> Report:
-    """The report of disturbed walks.
-
-    Args:
-        measured: of one robot each.
-    """
+    """The report of disturbed walks."""
     caption = "Every walk: how far the DCM was off, or that it fell"
     parts: list[Part] = [Text(WALK_NOTE)]
     parts.append(Figure("walks.png", caption, partial(walk_figure, measured)))
@@ -233,7 +230,7 @@ def walk_report(measured: Sequence[Measured[BodyWalks]]) -> Report:
         WALKED_THROUGH,
         (
             ", ".join(one.study.robot.name for one in measured),
-            f"{sum(len(one.rows) for one in measured)} walks",
+            count_words(sum(len(one.rows) for one in measured), "walk"),
         ),
         (*parts, *_provenances(measured)),
     )
@@ -278,17 +275,11 @@ def falls_table(measured: Measured[BodyWalks]) -> Table:
     for row in measured.rows:
         if not row["walked"]:
             method = f", {methods[row['method']]}" if len(methods) > 1 else ""
-            wrong = f"{conditions[row['condition']]}{method}"
-            rows.append((wrong, f"{row['seed']}", f"{row['time']:.1f} s", row["words"]))
-    columns = ("what is wrong", "seed", "after", "what was seen")
+            disturbance = f"{conditions[row['condition']]}{method}"
+            rows.append((disturbance, f"{row['seed']}", f"{row['time']:.1f} s", row["words"]))
+    columns = ("disturbance", "seed", "after", "signs")
     return Table(f"Why {measured.study.robot.name} fell", "", columns, rows)
 
 
-def _provenances(measured: Sequence[Measured]) -> list[Part]:
-    return [
-        Details(
-            f"Provenance of {one.study.robot.name}",
-            [word_table(("what", "value"), one.provenance)],
-        )
-        for one in measured
-    ]
+def _provenances(measured: Sequence[Measured]) -> list[Details]:
+    return [provenance(m.provenance, f"Provenance of {m.study.robot.name}") for m in measured]

@@ -17,17 +17,17 @@ from surefoot.show import palette
 from surefoot.studies.compare.disturbances import UNDISTURBED
 from surefoot.studies.compare.question import Comparison
 from surefoot.studies.compare.scores import share, situation, survived
-from surefoot.studies.engine.cells import Row
-from surefoot.studies.engine.pictures import headline
-from surefoot.studies.engine.report import Details, Figure, Report, Table, Text, word_table
+from surefoot.studies.engine.pictures import headline, panel, without_frame
+from surefoot.studies.engine.report import Details, Figure, Report, Table, Text, provenance
 from surefoot.studies.engine.study import Measured
+from surefoot.studies.engine.table import Row
 from surefoot.studies.engine.words import TIME_WORDS, percent
 
 HEADING = "What is left of the margin"
 
 RULE = (
     f"A push is survived if the robot has not fallen {TIME_WORDS} after it, with the same rule "
-    "for the undisturbed walk: under noise nobody is back on the gait. The limit is the "
+    "for the undisturbed walk: under noise no method is back on the gait. The limit is the "
     "theoretical one of the robot that is really pushed, undisturbed. Where a disturbance takes "
     "several walks, one for each seed or direction, the worst counts."
 )
@@ -133,7 +133,7 @@ def budget_report(measured: Measured[Comparison]) -> Report:
     whole = len(found) == len(methods) * len(disturbances)
     if not whole or any(one.cells < pushes for one in found.values()):
         parts.append(Text("Not everything was measured on every push: – was not measured."))
-    parts.append(Details("Provenance", [word_table(("what", "value"), measured.provenance)]))
+    parts.append(provenance(measured.provenance))
     return Report("budget", HEADING, (measured.provenance.get("robot", ""),), parts)
 
 
@@ -146,23 +146,13 @@ def lost_words(lost: float) -> str:
 
 
 def budget_figure(measured: Measured[Comparison]) -> Picture:
-    """A field for each method (row) and disturbance (column): share of the limit, and N s lost.
-
-    Args:
-        measured: what was measured.
-
-    Returns:
-        A figure of its own, not known to pyplot.
-    """
+    """A field for each method (row) and disturbance (column): share of the limit, and N s lost."""
     methods, disturbances = measured.notes["methods"], measured.notes["disturbances"]
     rows, columns = len(methods), len(disturbances)
     width = max(_LABELS + _COLUMN * columns + _RIGHT, 7.0)
     height = _HEAD + _ROW * rows + _FOOT
     figure = Picture(figsize=(width, height), facecolor="white")
-    box = (_LABELS, _FOOT, _COLUMN * columns, _ROW * rows)
-    ax = figure.add_axes(
-        (box[0] / width, box[1] / height, box[2] / width, box[3] / height),
-    )  # fmt: skip
+    ax = panel(figure, _LABELS, _FOOT, _COLUMN * columns, _ROW * rows)
     ax.set_xlim(0.0, columns)
     ax.set_ylim(rows, 0.0)
     ax.set_yticks([row + 0.5 for row in range(rows)])
@@ -173,9 +163,7 @@ def budget_figure(measured: Measured[Comparison]) -> Picture:
         [one["label"] for one in disturbances], fontsize=8.0, rotation=45.0, ha="left",
         rotation_mode="anchor",
     )  # fmt: skip
-    ax.tick_params(length=0.0)
-    for spine in ax.spines.values():
-        spine.set_visible(False)
+    without_frame(ax)
     found = retained(measured)
     for row, method in enumerate(methods):
         for column, one in enumerate(disturbances):
@@ -193,17 +181,8 @@ def _draw_field(
     colour = "#f0f0f0"
     if kept is not None and pair[1] != UNDISTURBED and not math.isnan(kept.change):
         colour = _CHANGES(_RANGE(kept.change))
-    ax.add_patch(
-        Rectangle(
-            (column, row),
-            1.0,
-            1.0,
-            facecolor=colour,
-            edgecolor="white",
-            linewidth=1.5,
-            gid=f"field-{pair[0]}-{pair[1]}",
-        )
-    )  # fmt: skip
+    look = {"facecolor": colour, "edgecolor": "white", "linewidth": 1.5}
+    ax.add_patch(Rectangle((column, row), 1.0, 1.0, gid=f"field-{pair[0]}-{pair[1]}", **look))
     if kept is None:
         ax.text(column + 0.5, row + 0.5, "–", ha="center", va="center", color=palette.QUIET)
         return
@@ -221,7 +200,7 @@ def _draw_field(
 
 def _explain(figure: Picture, width: float, height: float) -> None:
     quiet = {"fontsize": 8.0, "color": "#333333", "va": "center"}
-    bar = figure.add_axes((_LABELS / width, 0.42 / height, 1.7 / width, 0.13 / height))
+    bar = panel(figure, _LABELS, 0.42, 1.7, 0.13)
     bar.imshow(
         [[step / 60.0 - 0.5 for step in range(61)]], cmap=_CHANGES, norm=_RANGE, aspect="auto",
         extent=(-50.0, 50.0, 0.0, 1.0),
@@ -229,9 +208,8 @@ def _explain(figure: Picture, width: float, height: float) -> None:
     bar.set_yticks([])
     bar.set_xticks([-50, 0, 50])
     bar.set_xticklabels(["half lost", "unchanged", "half more"], fontsize=7.0)
-    bar.tick_params(length=0.0, pad=2.0)
-    for spine in bar.spines.values():
-        spine.set_visible(False)
+    bar.tick_params(pad=2.0)
+    without_frame(bar)
     words = (
         "Large: what is survived in the worst walk, % of the theoretical limit.",
         "Small: change against undisturbed [N s]. Means over all pushes.",

@@ -1,4 +1,7 @@
-"""`surefoot compare`: methods against each other, and against what is possible at all."""
+"""`surefoot compare`: methods against each other, and against what is possible at all.
+
+A point mass is pushed, or with `--simulator mujoco` bodies in physics: see `--help`.
+"""
 
 from __future__ import annotations
 
@@ -9,20 +12,21 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from surefoot.options import check_plotting, given, json_option, mapping_option
-from surefoot.studies.compare.command_body import (
-    BODY_STEP,
-    BODY_VELOCITY,
-    QUICK_PHASES,
-    QUICK_STEP,
-    push_bodies,
-    refuse_others,
-    walk_bodies,
+from surefoot.errors import ParameterError
+from surefoot.options import (
+    check_plotting,
+    compiling_notice,
+    given,
+    json_option,
+    mapping_option,
+    progress_bar,
+    refuse_of_other_world,
 )
 from surefoot.studies.engine.command import (
     end,
     out_option,
     run_shown,
+    stopped_by_ctrl_c,
     velocity_option,
     workers_option,
 )
@@ -33,6 +37,33 @@ if TYPE_CHECKING:
 
 FULL_SPEEDS, FULL_DURATIONS = (2.0, 3.0, 4.0, 6.0, math.inf), (0.1, 0.2, 0.4)
 """Leg speeds [m/s] and push durations [s] of `--full`."""
+
+BODY_VELOCITY, BODY_STEP = (0.3, 0.0), 2.0
+"""Of a comparison in physics, unless they are given [m/s, N s]."""
+
+QUICK_PHASES, QUICK_STEP = 2, 10.0
+"""Of `--quick` [-, N s]."""
+
+OF_BODY_PUSHES = {"estimate": "--estimate", "quick": "--quick", "explain": "--explain"}
+"""Options of bodies that are pushed."""
+
+OF_BODY = {"mapping": "--mapping", **OF_BODY_PUSHES}
+"""Options that a point mass has no use for."""
+
+OF_POINT_MASS = {
+    "mass": "--mass",
+    "leg_speeds": "--leg-speed",
+    "durations": "--push-duration",
+    "full": "--full",
+    "directions": "--directions",
+}
+"""Options that a body has no use for: its mass and legs are what they are."""
+
+OF_PUSHES = {"phases": "--phases", "step": "--step", **OF_BODY_PUSHES}
+"""Options that walks without pushes have no use for; their state is always estimated."""
+
+OF_WALKS = {"seeds": "--seeds", "duration": "--duration"}
+"""Options that only they have."""
 
 
 @click.command()
@@ -86,7 +117,7 @@ FULL_SPEEDS, FULL_DURATIONS = (2.0, 3.0, 4.0, 6.0, math.inf), (0.1, 0.2, 0.4)
 @mapping_option
 @click.option(
     "--estimate", is_flag=True,
-    help="Body: tell the controller an estimate from its noisy sensors, not the true state.",
+    help="Body: give the controller an estimate from its noisy sensors, not the true state.",
 )  # fmt: skip
 @click.option(
     "--quick",
@@ -103,7 +134,7 @@ def compare(
     robots: tuple[str, ...], simulator: str, mass: float | None, velocity: tuple[float, float],
     methods: tuple[str, ...], leg_speeds: tuple[float, ...], durations: tuple[float, ...],
     full: bool, directions: int, phases: int, step: float, disturbances: tuple[str, ...],
-    seeds: int, duration: float, mapping: str, estimate: bool, quick: bool, explain: bool,
+    seeds: int, duration: float, mapping: str | None, estimate: bool, quick: bool, explain: bool,
     workers: int, out: Path, as_json: bool,
 ) -> None:  # fmt: skip
     """Compare control methods: the smallest push that each fails on, beside the theoretical limit.
@@ -122,23 +153,22 @@ def compare(
     from surefoot.robot.robot import load_robot
     from surefoot.studies.compare.question import Comparison
 
-    refuse_others(simulator, robots, disturbances)
+    _refuse_others(simulator, robots, disturbances)
     if simulator == "mujoco":
-        asked: dict[str, Any] = {
-            "velocity": velocity if given("velocity") else BODY_VELOCITY,
-            "mapping": mapping,
-        }
+        asked: dict[str, Any] = {"velocity": velocity if given("velocity") else BODY_VELOCITY}
+        if mapping is not None:
+            asked["mapping"] = mapping
         if methods:
             asked["methods"] = methods
         if disturbances:
-            asked |= {"disturbances": disturbances, "seeds": seeds, "duration": duration}
-            sys.exit(walk_bodies(robots, out, workers, as_json, **asked))
-        asked |= {
-            "phases": QUICK_PHASES if quick and not given("phases") else phases,
-            "step": step if given("step") else (QUICK_STEP if quick else BODY_STEP),
-            "estimate": estimate,
-        }
-        sys.exit(push_bodies(robots, out, workers, as_json, explain=explain, **asked))
+            asked |= {"conditions": disturbances, "seeds": seeds, "duration": duration}
+        else:
+            asked |= {
+                "phases": QUICK_PHASES if quick and not given("phases") else phases,
+                "step": step if given("step") else (QUICK_STEP if quick else BODY_STEP),
+                "estimate": estimate,
+            }
+        sys.exit(_bodies(robots, out, workers, as_json, explain, asked))
     check_plotting()
     (robot,) = robots
     body = load_robot(robot) if mass is None else load_robot(robot).replace(mass=mass)
@@ -182,8 +212,7 @@ def _all_disturbances(named: tuple[str, ...]) -> tuple[str, ...]:
 def _compare(study: Comparison, out: Path, workers: int, as_json: bool) -> int:
     (result,), status = run_shown({out: study}, out, workers=workers)
     from surefoot.studies.compare.budget import budget_report
-    from surefoot.studies.compare.remarks import remarks
-    from surefoot.studies.compare.show import comparison_report
+    from surefoot.studies.compare.show import comparison_report, remarks
 
     report = comparison_report(result) if study.must_settle else budget_report(result)
 
@@ -192,4 +221,93 @@ def _compare(study: Comparison, out: Path, workers: int, as_json: bool) -> int:
         return result.as_numbers() | {"remarks": remarks(result.rows) if study.must_settle else []}
 
     end(report, out, numbers, as_json=as_json, kept=f"table: {out / study.NAME}.parquet")
+    return status
+
+
+def _refuse_others(simulator: str, robots: tuple[str, ...], disturbances: tuple[str, ...]) -> None:
+    """Refuse options that make no sense with a simulator, or with a disturbance of a body.
+
+    Raises:
+        ParameterError: there is one; it is named.
+    """
+    refuse_of_other_world(simulator, OF_POINT_MASS, OF_BODY)
+    if simulator == "lipm" and len(robots) > 1:
+        raise ParameterError(
+            "one --robot with --simulator lipm",
+            ", ".join(robots),
+            "give a command for each, or choose --simulator mujoco",
+        )
+    if len(set(robots)) < len(robots):
+        raise ParameterError("every --robot once", ", ".join(robots), "leave the others out")
+    walks = simulator == "mujoco" and bool(disturbances)
+    wrong = next(
+        (one for name, one in (OF_PUSHES if walks else OF_WALKS).items() if given(name)), ""
+    )
+    if wrong and walks:
+        raise ParameterError(
+            f"{wrong} without --disturbance: bodies that are disturbed are not pushed",
+            f"{wrong} and --disturbance {disturbances[0]}",
+            "leave one of them out",
+        )
+    if wrong:
+        raise ParameterError(
+            f"{wrong} with --simulator mujoco and --disturbance",
+            f"--simulator {simulator}" if simulator != "mujoco" else "no --disturbance",
+            f"leave {wrong} out, or add what is missing",
+        )
+
+
+def _bodies(
+    robots: tuple[str, ...], out: Path, workers: int, as_json: bool, explain: bool,
+    asked: dict[str, Any],
+) -> int:  # fmt: skip
+    """Push bodies, or walk disturbed ones; print and report how well; the exit status.
+
+    Args:
+        robots: names or files.
+        out: has a folder for each of them.
+        workers: processes.
+        as_json: print JSON.
+        explain: what binds in the worst pushes.
+        asked: arguments of `body_question.BodyWalks` if `conditions` are among them, else of
+            `body_question.BodyPushes`.
+
+    Raises:
+        SurefootError: an extra or a robot is not there; or see `engine.study.run`.
+    """
+    from surefoot.checks import check_folder, optional_module
+    from surefoot.robot.robot import load_robot
+
+    check_plotting()
+    optional_module("mujoco", "physics", "mujoco")
+    optional_module("daqp", "inverse dynamics", "mujoco")
+    loaded = [load_robot(name) for name in robots]
+    from surefoot.studies.compare.body_measure import explain_worst
+    from surefoot.studies.compare.body_question import BodyPushes, BodyWalks, conditions_named
+    from surefoot.studies.compare.body_show import push_report, walk_report
+
+    walks = "conditions" in asked
+    if walks:
+        asked["conditions"] = conditions_named(asked["conditions"])
+    studies = [(BodyWalks if walks else BodyPushes)(robot, **asked) for robot in loaded]
+    with compiling_notice(4.0, "a minute"):
+        for study in studies:
+            study.check()
+    check_folder(out)
+    folders = {out / study.robot.name: study for study in studies}
+    measured: list[Any]
+    measured, status = run_shown(folders, out, workers=workers)
+    explained = []
+    with stopped_by_ctrl_c(out):
+        for one in measured if explain else ():
+            with progress_bar("explaining") as progress:
+                explained += explain_worst(one.study, one.rows, progress)
+    beside = {} if walks else {"explained": explained}
+    end(
+        walk_report(measured) if walks else push_report(measured, explained),
+        out,
+        lambda: {"robots": [one.as_numbers() for one in measured], **beside},
+        as_json=as_json,
+        kept="a table in the folder of each robot",
+    )
     return status

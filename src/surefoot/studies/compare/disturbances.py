@@ -19,7 +19,7 @@ UNDISTURBED = "none"
 """The key of the walk that the others are compared with."""
 
 OFFSET = 0.02
-"""By which CoM and DCM are seen beside their place [m]."""
+"""By which CoM and DCM are measured beside their place [m]."""
 
 
 @dataclass(frozen=True)
@@ -29,10 +29,10 @@ class NamedDisturbance:
     Attributes:
         key: its name on the command line.
         label: its name in tables.
-        disturbance: of what is seen and of landings.
+        disturbance: of what is measured and of landings.
         drawn: whether it depends on a seed, so that it is walked with several.
-        offsets: of CoM and DCM; each is a walk of its own, since nobody knows which it is [m].
-        height: of the CoM, as a fraction of what the controller believes.
+        offsets: of CoM and DCM; each is a walk of its own, since it is not known which it is [m].
+        height: of the CoM, as a fraction of what the controller is given.
         mass: likewise.
         estimator: parameters of the `Estimator` that helps; none if empty.
     """
@@ -53,7 +53,7 @@ class NamedDisturbance:
         return robot.replace(com_height=self.height * robot.com_height, mass=self.mass * robot.mass)
 
     def walks(self, seeds: int) -> tuple[Disturbance, ...]:
-        """Every way in which this goes wrong; the worst of them counts."""
+        """Every walk with this disturbance; the worst of them counts."""
         one = self.disturbance
         if self.offsets:
             return tuple(replace(one, com_offset=offset) for offset in self.offsets)

@@ -1,4 +1,4 @@
-"""One cell of a comparison: where a method fails, where anybody would, and what a cycle costs."""
+"""One cell of a comparison: where a method fails, the theoretical limits, what a cycle costs."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from surefoot.control.registry import find_method
 from surefoot.dcm.pushes import Push
 from surefoot.rollout.disturbance import Disturbance
 from surefoot.studies.compare.disturbances import UNDISTURBED, named_disturbance
-from surefoot.studies.engine.cells import Row
 from surefoot.studies.engine.pushed_walk import PUSHED_SIDE, PUSHED_STEP
 from surefoot.studies.engine.scan import LARGEST_BEYOND, LARGEST_SHARE, smallest_failing_push
+from surefoot.studies.engine.table import Row
 from surefoot.worlds.point.simulate import simulate
 
 if TYPE_CHECKING:
@@ -42,7 +42,7 @@ def measure(study: Comparison, cell: Cell) -> Row:
     before = time.perf_counter()
     walked, limits = study.measured_as(cell), study.limits(cell)
     controller = study.walk.on_leg(walked.leg_speed).controller(walked.method)
-    wrong = named_disturbance(cell.disturbance)
+    named = named_disturbance(cell.disturbance)
     found = [
         smallest_failing_push(
             controller,
@@ -53,12 +53,12 @@ def measure(study: Comparison, cell: Cell) -> Row:
             largest=LARGEST_SHARE * limits["limit_finite"] + LARGEST_BEYOND,
             first_support=PUSHED_SIDE,
             workers=1,
-            plant=wrong.plant(controller.robot),
+            plant=named.plant(controller.robot),
             disturbance=disturbance,
-            estimator=wrong.estimator_of(controller),
+            estimator=named.estimator_of(controller),
             must_settle=study.must_settle,
         )
-        for disturbance in wrong.walks(study.seeds)
+        for disturbance in named.walks(study.seeds)
     ]
     worst = min(found, key=lambda one: one.impulse)
     survived = [one.survived for one in found]
@@ -75,7 +75,7 @@ def measure(study: Comparison, cell: Cell) -> Row:
 
 
 def _push_start(study: Comparison, walked: Cell, walk: Disturbance) -> float:
-    """When the push begins in one walk: in the same phase of the same step, whatever is wrong."""
+    """When the push begins in one walk: in its phase of the same step, under any disturbance."""
     nominal = study.walk.start(walked.phase)
     if walked.disturbance == UNDISTURBED:
         return nominal
@@ -94,15 +94,15 @@ def pushed_touchdown(
 
     A robot that does not get that far is pushed when that step would begin.
     """
-    nominal, wrong = study.walk.start(0.0), named_disturbance(disturbance)
+    nominal, named = study.walk.start(0.0), named_disturbance(disturbance)
     controller = study.walk.on_leg(leg_speed).controller(key)
     rollout = simulate(
         controller,
         1.5 * nominal,
         first_support=PUSHED_SIDE,
-        plant=wrong.plant(controller.robot),
+        plant=named.plant(controller.robot),
         disturbance=walk,
-        estimator=wrong.estimator_of(controller),
+        estimator=named.estimator_of(controller),
     )
     finished = rollout.footsteps[PUSHED_STEP - 1 : PUSHED_STEP]
     return finished[0].start + finished[0].duration if finished else nominal

@@ -6,97 +6,90 @@ A choice can be put behind the address of the page: `#speed=3&duration=0.2&phase
 from __future__ import annotations
 
 import math
-from importlib.resources import files
 from typing import Any
 
 from surefoot.dcm.pushes import DIRECTIONS
-from surefoot.show.method_marks import mark
+from surefoot.show.palette import mark
 from surefoot.studies.compare.question import Comparison
-from surefoot.studies.compare.scores import Choice, situation, values
-from surefoot.studies.engine.report import Interactive
+from surefoot.studies.compare.scores import Choice, situation, survived
+from surefoot.studies.engine.report import choice as choice_of
 from surefoot.studies.engine.scan import FAILURES
 from surefoot.studies.engine.study import Measured
-
-SCRIPTS = ("page_numbers.js", "page.js")
-"""In the order in which they run."""
+from surefoot.studies.engine.table import values
+from surefoot.studies.engine.words import angle_words, time_words
 
 LIMITS = ("limit_point", "limit_finite", "limit_fixed", "limit_causal")
 """In the order in which the script takes them."""
-
-
-def interactive(measured: Measured[Comparison], choice: Choice) -> Interactive:
-    """The map and the table that follow the reader.
-
-    Args:
-        measured: what was measured.
-        choice: with what the page opens.
-    """
-    markup, *scripts = (
-        (files("surefoot.studies.compare") / name).read_text("utf-8")
-        for name in ("page.html", *SCRIPTS)
-    )
-    return Interactive(markup, page_data(measured, choice), scripts, _colours(measured))
 
 
 def page_data(measured: Measured[Comparison], choice: Choice) -> dict[str, Any]:
     """What the script draws from: lists of values, and indices into them.
 
     `pushes` are (leg speed, duration, phase, angle, four limits), the first four as indices;
-    `cells` are (method, push, impulse, delta_v, step, scanned, failure), the first two and the
-    last as indices.
+    `cells` are (method, push, impulse, survived, delta_v, failure), the first two and the last as
+    indices.
+
+    Args:
+        measured: what was measured.
+        choice: with what the page opens.
     """
     rows, methods = measured.rows, measured.notes["methods"]
     axes = [values(rows, name) for name in ("leg_speed", "push_duration", "phase", "angle")]
     speeds, durations, phases, angles = axes
     rank = {method["key"]: index for index, method in enumerate(methods)}
-    places: dict[tuple[float, ...], int] = {}
-    pushes, cells = [], []
-    for row in rows:
-        here = situation(row)
-        if here not in places:
-            places[here] = len(pushes)
-            pushes.append(
-                [
-                    *(axis.index(value) for axis, value in zip(axes, here, strict=True)),
-                    *(row.get(name, math.nan) for name in LIMITS),
-                ]
-            )
-        cells.append(
-            [
-                rank[row["method"]], places[here], row["impulse"], row["delta_v"], row["step"],
-                row["scanned"], FAILURES.index(row["failure"]),
-            ]
-        )  # fmt: skip
+    limits = {situation(row): [row.get(name, math.nan) for name in LIMITS] for row in rows}
+    places = {here: index for index, here in enumerate(limits)}
+    over_phases = ["worst", "mean"] if len(phases) > 1 else []
     return {
-        "choice": {
-            "speed": speeds.index(choice.leg_speed),
-            "duration": durations.index(choice.push_duration),
-            "phase": phases.index(choice.phase),
+        "choices": {
+            "speed": choice_of(
+                speeds, [f"{one:.3g} m/s" if one < math.inf else "unlimited" for one in speeds],
+                speeds.index(choice.leg_speed),
+            ),
+            "duration": choice_of(
+                durations, [f"{one:.3g} s" for one in durations],
+                durations.index(choice.push_duration),
+            ),
+            "phase": choice_of(
+                [*phases, *over_phases], [*(f"{one:.3g}" for one in phases), *over_phases],
+                phases.index(choice.phase),
+            ),
         },
         "directions": DIRECTIONS,
         "failures": FAILURES,
-        "speeds": speeds,
-        "durations": durations,
-        "phases": phases,
         "angles": angles,
-        "methods": [
-            {
-                "key": method["key"], "label": method["label"], "adapts": method["adapts"],
-                "p50": method["decision_p50"], "tail": method["decision_p99_9"],
-                "dashed": mark(index).dashed, "outline": mark(index).outline,
-            }
-            for index, method in enumerate(methods)
+        "angleWords": [_angle_words(angle) for angle in angles],
+        "methods": [_method(index, method) for index, method in enumerate(methods)],
+        "pushes": [
+            [*(axis.index(value) for axis, value in zip(axes, here, strict=True)), *own]
+            for here, own in limits.items()
         ],
-        "pushes": pushes,
-        "cells": cells,
+        "cells": [
+            [
+                rank[row["method"]], places[situation(row)], row["impulse"], survived(row),
+                row["delta_v"], FAILURES.index(row["failure"]),
+            ]
+            for row in rows
+        ],
     }  # fmt: skip
 
 
-def _colours(measured: Measured[Comparison]) -> str:
-    marks = [mark(index) for index in range(len(measured.notes["methods"]))]
-    light = " ".join(f"--m{index}: {how.colour};" for index, how in enumerate(marks))
-    dark = " ".join(f"--m{index}: {how.dark};" for index, how in enumerate(marks))
-    return (
-        f":root {{ {light} }}\n"
-        f"@media screen and (prefers-color-scheme: dark) {{ :root {{ {dark} }} }}\n"
-    )
+def _angle_words(angle: float) -> str:
+    """A direction by its name, or those that it lies between."""
+    if angle in DIRECTIONS.values():
+        return angle_words(angle)
+    names = [*DIRECTIONS, *DIRECTIONS]
+    first = int(angle // 90.0)
+    return f"{angle:.4g}°, between {names[first]} and {names[first + 1]}"
+
+
+def _method(index: int, method: dict[str, Any]) -> dict[str, Any]:
+    how = mark(index)
+    return {
+        **{name: method[name] for name in ("key", "label", "adapts")},
+        "p50": time_words(method["decision_p50"]),
+        "tail": time_words(method["decision_p99_9"]),
+        "colours": f"{how.colour}, {how.dark}",
+        "dashed": how.dashed,
+        "outline": how.outline,
+    }

@@ -14,7 +14,6 @@ from surefoot.errors import MissingExtraError, RobotError
 from surefoot.robot.robot import Robot
 from surefoot.studies.compare import measure
 from surefoot.studies.compare.disturbances import UNDISTURBED, named_disturbance
-from surefoot.studies.engine.cells import Row
 from surefoot.studies.engine.pushed_walk import (
     PushCell,
     PushedStudy,
@@ -24,6 +23,7 @@ from surefoot.studies.engine.pushed_walk import (
     push_cells,
 )
 from surefoot.studies.engine.study import installed_version
+from surefoot.studies.engine.table import Row
 
 SOLVERS = ("daqp", "casadi")
 """Libraries that decide for some methods."""
@@ -62,7 +62,7 @@ class Cell:
         phase: when the push begins, as a fraction of the step.
         push_duration: how long it lasts [s].
         leg_speed: limit of the swing foot; inf for none [m/s].
-        disturbance: key of what else is wrong, see `studies.compare.disturbances`.
+        disturbance: key of one of `studies.compare.disturbances`.
     """
 
     method: str
@@ -88,7 +88,7 @@ class Comparison(PushedStudy):
         push_durations: [s].
         step: of the scan over the impulse [N s].
         disturbances: keys of `named_disturbance`. If anything but "none" is among them, a push is
-            survived if the robot has not fallen by `recovery_time`: under noise nobody settles.
+            survived if the robot has not fallen by `recovery_time`: under noise no method settles.
         seeds: with how many a disturbance is walked that is drawn; the worst counts.
     """
 
@@ -111,7 +111,6 @@ class Comparison(PushedStudy):
             check_count(name, getattr(self, name), usual)
         check_number("step", self.step, 0.0, "N s", above=True)
         check_sizes("push_durations", self.push_durations, "s")
-        check_different("methods", self.methods)
         check_different("disturbances", self.disturbances)
 
     @property
@@ -147,7 +146,7 @@ class Comparison(PushedStudy):
 
     def limits(self, cell: Cell) -> dict[str, float]:
         """The theoretical limits of a cell, see `PushedWalk.limits`: of the robot that is really
-        pushed, whatever its controller believes."""
+        pushed, whatever its controller is given."""
         walk = self.walk.on_leg(cell.leg_speed)
         return self.walk.limits(cell.push, named_disturbance(cell.disturbance).plant(walk.robot))
 

@@ -6,12 +6,11 @@ A row is a dictionary with the columns that `Comparison` and `studies.compare.me
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 from surefoot.errors import ParameterError
-from surefoot.studies.engine.cells import Row
+from surefoot.studies.engine.table import Row, select, values
 
 USUAL = {"leg_speed": 3.0, "push_duration": 0.2, "phase": 0.5}
 """What single numbers are of, unless somebody chooses: m/s, s, and the middle of a step."""
@@ -54,16 +53,6 @@ def impulse_words(row: Row | None) -> str:
 def situation(row: Row) -> tuple[float, float, float, float]:
     """Leg speed, push duration, phase and angle."""
     return (row["leg_speed"], row["push_duration"], row["phase"], row["angle"])
-
-
-def select(rows: Iterable[Row], **choice: Any) -> list[Row]:
-    """The rows whose values are those chosen, such as `leg_speed=3.0`."""
-    return [row for row in rows if all(row[name] == value for name, value in choice.items())]
-
-
-def values(rows: Iterable[Row], name: str) -> list[float]:
-    """The different values of a column, upwards."""
-    return sorted({row[name] for row in rows})
 
 
 @dataclass(frozen=True)

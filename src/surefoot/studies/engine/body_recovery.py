@@ -37,7 +37,7 @@ class BegunStep:
     """A step at its touchdown.
 
     Attributes:
-        side: that stands in it, as in `SIDES`.
+        side: that stands in it, as in `FEET`.
         offset: of the DCM from its foot, shape (2,) [m].
         begin: when it began [s].
         before: how long the step before it has lasted, NaN for the first one [s].

@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from surefoot.options import print_json, progress_bar
+from surefoot import options
+from surefoot.options import Option, print_json, progress_bar
 
 if TYPE_CHECKING:
     from surefoot.studies.engine.report import Report
@@ -21,8 +22,6 @@ INCOMPLETE, STOPPED = 1, 130
 """Exit status if a cell could not be measured, and if the study was stopped."""
 
 S = TypeVar("S", bound="Study")
-
-Option = Callable[[Callable[..., Any]], Callable[..., Any]]
 
 workers_option = click.option(
     "--workers", type=int, default=-1, help="Processes; all cores if left out."
@@ -39,10 +38,7 @@ def out_option(folder: str, holds: str) -> Option:
 
 def velocity_option(usual: str = "0.5 0") -> Option:
     """The velocity of the walk; the help says that `usual` is the default."""
-    return click.option(
-        "--velocity", nargs=2, type=float, default=(0.5, 0.0), show_default=usual,
-        metavar="VX VY", help="Of the walk that is pushed [m/s].",
-    )  # fmt: skip
+    return options.velocity_option("Of the walk that is pushed [m/s].", usual=usual)
 
 
 def run_shown(

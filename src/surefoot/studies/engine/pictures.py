@@ -1,19 +1,25 @@
-"""What pictures of studies share: a headline, and polar maps seen from above, forward up."""
+"""What pictures of studies share: headlines, panels, marks, and polar maps seen from above.
+
+Each is a figure of its own, not known to pyplot.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.projections.polar import PolarAxes
 from matplotlib.ticker import MaxNLocator
 
 from surefoot.dcm.pushes import DIRECTIONS
 from surefoot.show import palette
-from surefoot.show.picture_file import HALO
+from surefoot.show.palette import Mark
+from surefoot.show.picture_file import HALO, marker_path
 
 LIMIT, FOOT_BAND = "#222222", "#d7e3ea"
 """Colours of the theoretical limit, and of what the sole adds to it."""
@@ -36,35 +42,91 @@ def headline(
     )  # fmt: skip
 
 
-def add_map(
-    figure: Figure, index: int, columns: int, *, size: float, gap: float, below: float,
-    head: float, outer: float, near: Callable[[float], float],
-) -> PolarAxes:  # fmt: skip
-    """Add one of several maps of the same scale, which stand in rows in the middle of a figure.
+def panel(figure: Figure, *box: float, **options: Any) -> Any:
+    """Axes in a `box` of a figure of its final size: left, bottom, width and height [in]."""
+    width, height = figure.get_size_inches()
+    left, bottom, across, up = box
+    return figure.add_axes((left / width, bottom / height, across / width, up / height), **options)
 
-    Args:
-        figure: of its final size.
-        index: which one it is, row by row.
+
+def add_box(figure: Figure, left: float, down: float, width: float, height: float) -> Axes:
+    """Axes in a box: `left` and `down` from the upper left corner of the figure [in]."""
+    return panel(figure, left, figure.get_figheight() - down - height, width, height)
+
+
+def without_frame(ax: Axes) -> None:
+    """Leave out the ticks and lines around what needs no axis."""
+    ax.tick_params(length=0.0)
+    for spine in ax.spines.values():
+        spine.set_visible(False)
+
+
+def marked(how: Mark, **options: Any) -> dict[str, Any]:
+    """How the marker of a method is drawn."""
+    return {"color": how.colour, "marker": marker_path(how), **options}
+
+
+def add_legend(
+    figure: Figure, handles: Sequence[Any], columns: int, down: float, **options: Any
+) -> None:
+    """Write a legend in the middle below a figure, so far from its lower edge [in]."""
+    below = down / figure.get_figheight()
+    figure.legend(
+        handles=handles, ncols=columns, loc="lower center", frameon=False,
+        bbox_to_anchor=(0.5, below), **options,
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class MapGrid:
+    """Polar maps of the same scale in rows, in the middle of a figure.
+
+    Attributes:
+        width: of the figure [in].
         columns: how many stand in a row.
+        count: of maps.
         size: of a map [in].
         gap: between maps in a row [in].
         below: from the foot of a map to the head of the next one below [in].
         head: above the first row [in].
-        outer: the largest impulse that is drawn [N s].
-        near: how far out something is drawn near an angle [deg].
+        foot: below the last row [in].
     """
-    width, height = figure.get_size_inches()
-    left = 0.5 * (width - columns * size - (columns - 1) * gap)
-    row, column = divmod(index, columns)
-    bottom = height - head - row * (size + below) - size
-    place = (
-        (left + column * (size + gap)) / width, bottom / height, size / width, size / height
-    )  # fmt: skip
-    ax: PolarAxes = figure.add_axes(place, projection="polar")  # type: ignore[assignment]
-    ax.set_theta_zero_location("N")
-    ax.set_rlim(0.0, 1.06 * outer)
-    _draw_rings(ax, near)
-    return ax
+
+    width: float
+    columns: int
+    count: int
+    size: float
+    gap: float
+    below: float
+    head: float
+    foot: float
+
+    def figure(self) -> Figure:
+        """A figure with room for all of them, not known to pyplot."""
+        rows = math.ceil(self.count / self.columns)
+        height = self.head + rows * (self.size + self.below) + self.foot
+        return Figure(figsize=(self.width, height), facecolor="white")
+
+    def add(
+        self, figure: Figure, index: int, outer: float, near: Callable[[float], float]
+    ) -> PolarAxes:
+        """Add one of the maps.
+
+        Args:
+            figure: of this grid.
+            index: which one it is, row by row.
+            outer: the largest impulse that is drawn [N s].
+            near: how far out something is drawn near an angle [deg].
+        """
+        step = self.size + self.gap
+        row, column = divmod(index, self.columns)
+        left = 0.5 * (self.width - self.columns * step + self.gap) + column * step
+        bottom = figure.get_figheight() - self.head - row * (self.size + self.below) - self.size
+        ax = panel(figure, left, bottom, self.size, self.size, projection="polar")
+        ax.set_theta_zero_location("N")
+        ax.set_rlim(0.0, 1.06 * outer)
+        _draw_rings(ax, near)
+        return ax
 
 
 def closed(angles: Sequence[float], radii: Sequence[float]) -> tuple[Any, Any]:

@@ -8,16 +8,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from functools import lru_cache
+from functools import lru_cache, partial
 
 from surefoot.control.registry import find_method
-from surefoot.control.unified.fixed_landing import fixed_place, fixed_timing
+from surefoot.control.unified.controller import fixed_place, fixed_timing
 from surefoot.dcm.pushes import DIRECTIONS, Push, push_direction
 from surefoot.errors import ParameterError
 from surefoot.interface import Controller
-from surefoot.robot.feet import Side
+from surefoot.robot.feet import FEET, Side
 from surefoot.robot.floor import TIME_STEP
-from surefoot.robot.multibody import SIDES, Multibody, load_multibody
+from surefoot.robot.multibody import Multibody, load_multibody
 from surefoot.robot.robot import Robot
 from surefoot.rollout.rollout import Rollout
 from surefoot.rollout.trace import WALKING
@@ -28,7 +28,6 @@ from surefoot.worlds.body.mapping import USUAL_MAPPING
 from surefoot.worlds.body.sensors import BodyNoise, usual_estimator
 from surefoot.worlds.body.world import BodyWorld
 from surefoot.worlds.steering import Steering
-from surefoot.worlds.walk import Walk
 
 PUSH_DURATION = 0.2
 """How long every push lasts [s]."""
@@ -61,19 +60,19 @@ class BodyMethod:
         label: its name in tables.
         adapts: what it changes when the body is pushed.
         make: its controller, from robot and velocity.
+        sources: of the package that brings it, see `Method.sources`.
     """
 
     key: str
     label: str
     adapts: str
     make: Callable[[Robot, tuple[float, float]], Controller]
+    sources: str = ""
 
 
 def _published(key: str) -> BodyMethod:
     one = find_method(key)
-    return BodyMethod(
-        key, one.label, one.adapts, lambda robot, velocity: body_controller(key, robot, velocity)
-    )
+    return BodyMethod(key, one.label, one.adapts, partial(body_controller, key), one.sources)
 
 
 BODY_METHODS = (
@@ -152,7 +151,7 @@ class Checkpoint:
         usual: the last steps of the walk so far, by side, if it was not pushed.
     """
 
-    walk: Walk[BodyWorld]
+    walk: BodyWorld
     cycles: int
     settled: bool = False
     usual: Mapping[int, BegunStep] = field(default_factory=dict)
@@ -245,8 +244,8 @@ class PushedBody:
             return bool(stuck or (not recorded and settling.done(world.state)))
 
         walk.run(start.time + PUSH_DURATION + TIME_AFTER_PUSH, over)
-        cycles = walk.world.cycles - start.walk.world.cycles
-        return Checkpoint(walk, cycles, not walk.fallen and settling.done(walk.world.state))
+        cycles = walk.cycles - start.walk.cycles
+        return Checkpoint(walk, cycles, not walk.fallen and settling.done(walk.state))
 
     def rollout(self, push: Push, watch: Watch | None = None) -> tuple[Rollout, Checkpoint]:
         """The walk with a push from its beginning to its end, as `simulate_body` returns it.
@@ -269,8 +268,8 @@ def _approach(walk: PushedBody) -> Checkpoint:
     estimator = usual_estimator(control.multibody, noise) if walk.estimate else None
     retained = LONGEST_APPROACH + PUSH_DURATION + TIME_AFTER_PUSH
     world = BodyWorld(control, None, noise, estimator, retained=retained)
-    going = Walk(world, plan=[(0.0, Steering(walk.velocity))])
-    support, steps, usual = SIDES.index(walk.foot), Steps(), {}
+    world.prepare(plan=[(0.0, Steering(walk.velocity))])
+    support, steps, usual = FEET.index(walk.foot), Steps(), {}
 
     def due(world: BodyWorld) -> bool:
         now, begun = world.state.walk[0], steps.begun(world.state)
@@ -282,8 +281,8 @@ def _approach(walk: PushedBody) -> Checkpoint:
         elapsed = now["now"] + TIME_STEP - now["began"]
         return bool(elapsed >= walk.phase * world.state.command.step_duration - 1e-9)
 
-    going.run(LONGEST_APPROACH, due)
-    return Checkpoint(going, world.cycles, usual=usual)
+    world.run(LONGEST_APPROACH, due)
+    return Checkpoint(world, world.cycles, usual=usual)
 
 
 def noise_of(robot: Robot, estimate: bool) -> BodyNoise | None:

@@ -1,4 +1,4 @@
-"""A steady walk that is pushed once: when, where to, and the theoretical limits there.
+"""A steady walk that is pushed once: when, where to, the theoretical limits, and the answer.
 
 Studies of pushes on a point mass ask about the same walk: the push comes in the third step, on the
 right foot, so outward is to the left.
@@ -6,28 +6,36 @@ right foot, so outward is to the left.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import product
 from typing import Any
 
-from surefoot.checks import check_number
+import numpy as np
+
+from surefoot.checks import check_number, check_pair
 from surefoot.control.registry import find_method
 from surefoot.dcm.nominal_gait import NominalGait, nominal_gait
-from surefoot.dcm.push_limit import causal_push_limit, check_leg, fixed_steps_limit, push_limit
+from surefoot.dcm.push_limit import PushCase, check_leg, fixed_steps_limit
 from surefoot.dcm.pushes import Push, push_direction
 from surefoot.errors import ParameterError
 from surefoot.interface import Controller
 from surefoot.robot.feet import Side
 from surefoot.robot.robot import Robot
+from surefoot.rollout.outcome import Outcome
 from surefoot.studies.engine.study import Study
+from surefoot.worlds.point.simulate import simulate
 
 PUSHED_STEP = 2
 """The push comes in the third step, as in the paper; it is one on the right foot."""
 
 PUSHED_SIDE = Side.RIGHT
 """The foot that stands in that step, and so in the first one."""
+
+ANSWER_TIME = 2.5
+"""How long after the beginning of a push its answer is measured [s]."""
 
 
 @dataclass(frozen=True)
@@ -188,54 +196,57 @@ class PushedWalk:
             `limit_fixed` with it but fixed steps.
         """
         robot = plant or self.robot
-        situation: dict[str, Any] = {
-            "velocity": self.velocity,
-            "elapsed": self.start(cell.phase) - self.start(0.0),
-            "duration": cell.push_duration,
-            "support_side": PUSHED_SIDE,
-        }
-        direction, reach = self.direction(cell.angle), robot.foot.half
-        fixed = fixed_steps_limit(robot, direction, duration=cell.push_duration)
+        point = PushCase(
+            robot,
+            self.direction(cell.angle),
+            velocity=self.velocity,
+            elapsed=self.start(cell.phase) - self.start(0.0),
+            duration=cell.push_duration,
+            support_side=PUSHED_SIDE,
+        )
+        whole = replace(point, zmp_reach=robot.foot.half)
+        fixed = fixed_steps_limit(robot, point.direction, duration=cell.push_duration)
         return {
-            "limit_point": push_limit(robot, direction, **situation).impulse,
-            "limit_finite": push_limit(robot, direction, zmp_reach=reach, **situation).impulse,
-            "limit_causal": causal_push_limit(
-                robot, direction, zmp_reach=reach, **situation
-            ).impulse,
+            "limit_point": point.limit().impulse,
+            "limit_finite": whole.limit().impulse,
+            "limit_causal": whole.causal_limit().impulse,
             "limit_fixed": fixed.impulse,
         }
 
 
 @dataclass(frozen=True)
-class PushedStudy(Study):
-    """What studies of pushes on a point mass share: the walk, who walks it, and on which legs.
+class MethodStudy(Study):
+    """What studies of several methods share.
 
     Args:
-        robot: who is pushed; its leg speed is replaced by `leg_speeds`.
+        robot: who walks.
         velocity: commanded (v_x, v_y) [m/s].
-        methods: keys of `control.registry`.
-        leg_speeds: limits of the swing foot; inf for none [m/s].
+        methods: their keys.
 
     Raises:
         ParameterError: an argument is out of range, or there is nothing to measure.
-        VelocityError: the velocity cannot be walked, or not on the slowest of the legs.
     """
 
     velocity: tuple[float, float] = (0.5, 0.0)
     methods: tuple[str, ...] = ("unified",)
-    leg_speeds: tuple[float, ...] = (3.0,)
 
     def __post_init__(self) -> None:
         for key in self.methods:
-            find_method(key)
-        check_sizes("leg_speeds", self.leg_speeds, "m/s", endless=True)
-        for leg_speed in self.leg_speeds:
-            self.walk.on_leg(leg_speed).check_leg()
+            self.method(key)
+        check_pair("velocity", self.velocity, -math.inf, "m/s")
+        check_different("methods", self.methods)
 
-    @property
-    def walk(self) -> PushedWalk:
-        """What is pushed."""
-        return PushedWalk(self.robot, self.velocity)
+    def method(self, key: str) -> Any:
+        """What is known of a method: a `Method`, or a `BodyMethod`.
+
+        Raises:
+            ParameterError: there is none of that name.
+        """
+        return find_method(key)
+
+    def foreign_sources(self) -> dict[str, str]:
+        """See `Study`."""
+        return {key: self.method(key).sources for key in self.methods}
 
     def common(self) -> dict[str, Any]:
         """See `Study`."""
@@ -245,6 +256,31 @@ class PushedStudy(Study):
         """See `Study`."""
         vx, vy = self.velocity
         return {"mass": f"{self.robot.mass:g} kg", "velocity": f"{vx:g}, {vy:g} m/s"}
+
+
+@dataclass(frozen=True)
+class PushedStudy(MethodStudy):
+    """What studies of pushes on a point mass share, beside that: on which legs it walks.
+
+    Args, beside those of `MethodStudy`:
+        leg_speeds: limits of the swing foot, in place of the robot's; inf for none [m/s].
+
+    Raises:
+        VelocityError: the velocity cannot be walked, or not on the slowest of the legs.
+    """
+
+    leg_speeds: tuple[float, ...] = (3.0,)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        check_sizes("leg_speeds", self.leg_speeds, "m/s", endless=True)
+        for leg_speed in self.leg_speeds:
+            self.walk.on_leg(leg_speed).check_leg()
+
+    @property
+    def walk(self) -> PushedWalk:
+        """What is pushed."""
+        return PushedWalk(self.robot, self.velocity)
 
     def check(self) -> None:
         """See `Study`. A method that cannot control this robot is refused."""
@@ -256,3 +292,43 @@ class PushedStudy(Study):
 def _controller(walk: PushedWalk, key: str) -> Controller:
     one = find_method(key)
     return one.controller(walk.robot, walk.velocity, **one.compared)
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What a method did about one push.
+
+    Attributes:
+        zmp_peak: largest distance of the ZMP from the centre of the foot [m].
+        zmp_rms: its root mean square from the push on, for `ANSWER_TIME` seconds [m].
+        landing: largest change of a step vector against the nominal gait [m].
+        timing: largest change of a step's duration [s].
+        survived: whether it did not fall.
+    """
+
+    zmp_peak: float
+    zmp_rms: float
+    landing: float
+    timing: float
+    survived: bool
+
+
+def answer(controller: Controller, push: Push) -> Answer:
+    """Walk, push, and measure what the controller does about it; the right foot stands first.
+
+    Args:
+        controller: what decides.
+        push: one push; the walk goes on for `ANSWER_TIME` seconds after its beginning.
+    """
+    rollout = simulate(controller, push.start + ANSWER_TIME, [push], first_support=PUSHED_SIDE)
+    moved = np.hypot(*(rollout.zmp - rollout.support_foot).T)[rollout.time >= push.start]
+    gait = controller.gait
+    pushed = [step for step in rollout.footsteps if step.start + step.duration > push.start]
+    changes = [np.subtract(step.step, gait.step(step.side)) for step in pushed]
+    return Answer(
+        zmp_peak=float(moved.max()),
+        zmp_rms=float(np.sqrt(np.mean(moved**2))),
+        landing=max((float(np.hypot(*change)) for change in changes), default=0.0),
+        timing=max((abs(step.duration - gait.step_duration) for step in pushed), default=0.0),
+        survived=rollout.outcome is not Outcome.FELL,
+    )

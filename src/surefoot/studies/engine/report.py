@@ -10,7 +10,7 @@ What is shown is said once, as parts in an order:
             Text("A heavier robot falls later."),
             Table("By mass", "Time of the fall.", ("mass [kg]", "fell after"), [("70", "3.2 s")]),
             Figure("falls.png", "When each of them fell.", lambda: falls_figure(rows)),
-            Details("Provenance", [word_table(("what", "value"), found.provenance)]),
+            provenance(found.provenance),
         ),
     )
     report.print(Console())
@@ -143,17 +143,30 @@ class Interactive:
     """A part of a page that draws itself, as the reader chooses.
 
     Attributes:
-        markup: HTML with what the scripts fill.
-        data: what they draw from, plain values; they find it as JSON in the element `data`, with
-            "inf" and "nan" as texts.
-        scripts: JavaScript, in the order in which they run.
-        style: CSS beside that of all pages.
+        markup: HTML with what the script fills; a picture with the id `map` is among it.
+        data: what it draws from, plain values, in the element `data`: `angles` and `directions` of
+            polar maps [deg], `choices` made by `choice`, and whatever the script takes.
+        script: JavaScript that runs after `page.js`, which all pages share.
     """
 
     markup: str
     data: Any
-    scripts: Sequence[str]
-    style: str = ""
+    script: str
+
+    @classmethod
+    def of(cls, package: str, data: Any) -> Interactive:
+        """The one whose `page.html` and `page.js` lie in a package, such as that of a study."""
+        folder = files(package)
+        markup, script = ((folder / f"page.{kind}").read_text("utf-8") for kind in ("html", "js"))
+        return cls(markup, data, script)
+
+
+def choice(values: Sequence[Any], words: Sequence[str], chosen: int) -> dict[str, Any]:
+    """What a reader may choose: values, words of each, and the index of the one at the beginning.
+
+    The control has the id of the choice: a range, or what is to hold a button for each value.
+    """
+    return {"values": list(values), "words": list(words), "chosen": chosen}
 
 
 Part = Text | Table | Figure | Details | Interactive
@@ -223,7 +236,8 @@ class Report:
         return template.render(
             report=self,
             version=VERSION,
-            style="\n".join([(folder / "page.css").read_text("utf-8"), *(p.style for p in live)]),
+            style=(folder / "page.css").read_text("utf-8"),
+            shared=(folder / "page.js").read_text("utf-8"),
             live=live,
             embedded=embedded,
         )
@@ -282,6 +296,11 @@ def write_files(contents: Mapping[str, bytes], folder: Path) -> list[Path]:
 def word_table(columns: tuple[str, str], words: Mapping[str, str]) -> Table:
     """Names and their values as a table without a heading, such as a provenance."""
     return Table("", "", columns, list(words.items()))
+
+
+def provenance(about: Mapping[str, str], title: str = "Provenance") -> Details:
+    """What a study says of itself, to be made again."""
+    return Details(title, [word_table(("what", "value"), about)])
 
 
 def embedded(data: Any) -> str:

@@ -91,7 +91,7 @@ def smallest_failing_push(
 
     Recovered: it never falls, and within `recovery_time` after the push it is settled on the
     nominal gait (see `rollout.outcome`; of the paper's biped 8 s, and 1 cm). Under noise or with
-    an offset nobody settles; without `must_settle` it is enough not to have fallen by then.
+    an offset no method settles; without `must_settle` it is enough not to have fallen by then.
 
     Start, duration and step of the scan are part of the question, by default those of the paper's
     biped: for a robot of another size give them as shares of its T_nom and of its `push_limit`.
@@ -106,7 +106,7 @@ def smallest_failing_push(
             [N s].
         first_support: the foot that stands in the first step.
         workers: threads, all cores if None.
-        plant: the robot that is pushed, if it is not the one the controller believes in.
+        plant: the robot that is pushed, if it is not the one that the controller is given.
         disturbance: of every walk, as for `simulate`.
         estimator: between what is measured and the controller.
         must_settle: whether a robot that walks on, but beside its gait, has failed too.

@@ -33,6 +33,7 @@ import platform
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass, field, fields
 from datetime import date
+from functools import partial
 from importlib import metadata
 from pathlib import Path
 from typing import Any, ClassVar, Generic, TypeVar
@@ -42,9 +43,8 @@ from msgspec import to_builtins
 from surefoot.compiled import source_stamp
 from surefoot.errors import StudyError
 from surefoot.robot.robot import Robot
-from surefoot.studies.engine.cells import Failure, Progress, Row, measure_missing, without_infinity
-from surefoot.studies.engine.table import Shards, write_table
-from surefoot.studies.engine.workers import Workers
+from surefoot.studies.engine.table import Row, Shards, without_infinity, write_table
+from surefoot.studies.engine.workers import Failure, Progress, Workers, measure_missing
 from surefoot.version import VERSION
 
 DIGITS = 12
@@ -113,6 +113,11 @@ class Study:
         """The row of a cell that could not be measured; None to leave it out of the table."""
         return None
 
+    def foreign_sources(self) -> dict[str, str]:
+        """The content of what packages other than Surefoot bring to the rows, such as a control
+        method, by name; "" if there is none. A row holds as long as this and `stamp` do."""
+        return {}
+
     def common(self) -> dict[str, Any]:
         """What all rows of one folder have in common, as plain values, beside the robot, the
         version and the sources. A folder with other values is refused."""
@@ -159,8 +164,8 @@ class Measured(Generic[S]):
     def as_numbers(self) -> dict[str, Any]:
         """All of it for JSON, which has no word for infinity: null."""
         failures = [{**self.study.columns(one.cell), "error": one.error} for one in self.failures]
-        told = {"rows": self.rows, **self.notes, "failures": failures}
-        return without_infinity(told) | {"provenance": self.provenance}
+        numbers = {"rows": self.rows, **self.notes, "failures": failures}
+        return without_infinity(numbers) | {"provenance": self.provenance}
 
 
 def run(
@@ -187,13 +192,10 @@ def run(
     study.check()
     cells = list(study.cells())
     shards = Shards(folder, _common(study))
-    # A row that was made before a column of its cell was thought of has the column's default.
-    usual = {one.name: one.default for one in fields(cells[0])} if cells else {}
-    names = list(study.columns(cells[0])) if cells else []
-    have = {_key([row.get(name, usual.get(name)) for name in names]): row for row in shards.rows}
+    have = _kept(study, shards, cells[0]) if cells else {}
     wanted = {_key_of(study, one): one for one in map(study.measured_as, cells)}
     failures = measure_missing(
-        _rows, study, wanted, have, shards, workers=workers, at_once=study.at_once(),
+        partial(_rows, study), wanted, have, shards, workers=workers, at_once=study.at_once(),
         keep_every=study.KEEP_EVERY, report=report,
     )  # fmt: skip
     errors = {_key_of(study, one.cell): one.error for one in failures}
@@ -202,9 +204,45 @@ def run(
         raise StudyError(
             "a cell that can be measured", failures[0].error.strip(), "mend that, and try again"
         )
-    about, notes = _provenance(study), study.notes(rows)
-    write_table(rows, folder / f"{study.NAME}.parquet", {"provenance": about, **notes})
-    return Measured(study, rows, failures, about, notes)
+    return _finished(study, folder, rows, failures)
+
+
+class OneByOne(Generic[S]):
+    """A study whose next cell depends on the rows before, such as a search.
+
+    Such a study has no `cells`. A cell is measured when its row is asked for, in this process, and
+    is on disk before the next one; a row that the folder has is not measured again. So the same
+    questions in the same order go on where a killed process stopped.
+
+    Args:
+        study: what is asked.
+        folder: see `run`.
+
+    Raises:
+        SurefootError: see `run`.
+    """
+
+    def __init__(self, study: S, folder: Path) -> None:
+        study.check()
+        self.study, self.folder = study, folder
+        self._shards = Shards(folder, _common(study))
+        self._have: dict[Any, Row] | None = None
+        self._asked: dict[Any, Row] = {}
+
+    def row(self, cell: Any) -> Row:
+        """The row of a cell; whatever `Study.measure` raises is raised."""
+        if self._have is None:
+            self._have = _kept(self.study, self._shards, cell)
+        key = _key_of(self.study, cell)
+        if key not in self._have:
+            self._have[key] = self.study.columns(cell) | self.study.measure(cell)
+            self._shards.add([self._have[key]])
+        self._asked[key] = self._have[key]
+        return self._have[key]
+
+    def finished(self) -> Measured[S]:
+        """All rows that were asked for, in that order; written into `folder`/NAME.parquet."""
+        return _finished(self.study, self.folder, list(self._asked.values()), [])
 
 
 def stamp(kind: type) -> str:
@@ -254,6 +292,21 @@ def made_with(*libraries: str) -> dict[str, str]:
     }
 
 
+def _kept(study: Study, shards: Shards, cell: Any) -> dict[Any, Row]:
+    """The rows of a folder by key; `cell` is any cell of the study."""
+    # A row that was made before a column of its cell was thought of has the column's default.
+    usual = {one.name: one.default for one in fields(cell)}
+    names = list(study.columns(cell))
+    return {_key([row.get(name, usual.get(name)) for name in names]): row for row in shards.rows}
+
+
+def _finished(study: S, folder: Path, rows: list[Row], failures: list[Failure]) -> Measured[S]:
+    """What was measured, and the table of it."""
+    about, notes = _provenance(study), study.notes(rows)
+    write_table(rows, folder / f"{study.NAME}.parquet", {"provenance": about, **notes})
+    return Measured(study, rows, failures, about, notes)
+
+
 def _rows(study: Study, cells: Sequence[Any]) -> list[Row | str]:
     """The columns of some cells with what was measured in them; text where that failed."""
     return [
@@ -282,11 +335,13 @@ def _key(value: Any) -> Any:
 
 
 def _common(study: Study) -> dict[str, Any]:
+    foreign = {f"sources of {one}": what for one, what in study.foreign_sources().items() if what}
     return {
         "robot": to_builtins(study.robot),
         **study.common(),
         "version": VERSION,
         "sources": stamp(type(study)),
+        **foreign,
     }
 
 

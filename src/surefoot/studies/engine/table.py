@@ -8,9 +8,10 @@ something else, or another version of Surefoot, is refused rather than mixed in.
 from __future__ import annotations
 
 import json
+import math
 import os
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -20,6 +21,8 @@ from surefoot.checks import check_folder, optional_module
 from surefoot.errors import FileError
 
 RUN_FILE = "run.json"
+
+Row = dict[str, Any]
 
 
 @dataclass(frozen=True)
@@ -72,6 +75,8 @@ class Shards:
 def claim_folder(folder: Path, common: Mapping[str, Any]) -> None:
     """Keep a folder for one study: say in it what all of it has in common, or compare with that.
 
+    What is said for the first time, as by a method that was not asked for before, is added.
+
     Args:
         folder: made if it is missing.
         common: plain values.
@@ -83,17 +88,17 @@ def claim_folder(folder: Path, common: Mapping[str, Any]) -> None:
     run = folder / RUN_FILE
     # As it comes back from a file: tuples are lists there.
     common = json.loads(json.dumps(common))
-    if not run.exists():
-        _write_whole(run, lambda path: path.write_text(json.dumps(common, indent=1) + "\n"))
-        return
-    there = _read_json(run)
+    there = _read_json(run) if run.exists() else {}
     for name, value in common.items():
-        if there.get(name) != value:
+        if there.get(name, value) != value:
             raise FileError(
                 f"a folder of the same study ({name}: {value})",
                 f"{run} with {name}: {there.get(name)}",
                 "choose another folder, or delete this one",
             )
+    if not common.keys() <= there.keys():
+        text = json.dumps({**there, **common}, indent=1) + "\n"
+        _write_whole(run, lambda path: path.write_text(text))
 
 
 def write_table(rows: Sequence[Mapping[str, Any]], path: Path, notes: Mapping[str, Any]) -> None:
@@ -136,3 +141,22 @@ def _write_whole(path: Path, write: Callable[[Path], Any]) -> None:
             f"{path}: {error}",
             "free some space; what is there is kept, and the same command goes on",
         ) from error
+
+
+def select(rows: Iterable[Row], **choice: Any) -> list[Row]:
+    """The rows whose values are those chosen, such as `leg_speed=3.0`."""
+    return [row for row in rows if all(row[name] == value for name, value in choice.items())]
+
+
+def values(rows: Iterable[Row], name: str) -> list[float]:
+    """The different values of a column, upwards."""
+    return sorted({row[name] for row in rows})
+
+
+def without_infinity(value: Any) -> Any:
+    """Plain values for JSON, which has no word for infinity, nor for what is no number: null."""
+    if isinstance(value, dict):
+        return {name: without_infinity(one) for name, one in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [without_infinity(one) for one in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -39,6 +39,11 @@ def angle_words(angle: float) -> str:
     return names.get(angle, f"{angle:g}°")
 
 
+def count_words(count: int, what: str, several: str = "") -> str:
+    """How many of something there are: "1 method", "2 methods"."""
+    return f"{count} {what}" if count == 1 else f"{count} {several or what + 's'}"
+
+
 def percent(fraction: float) -> str:
     """A fraction of the limit, – where there is none."""
     return "–" if math.isnan(fraction) else f"{100.0 * fraction:.0f} %"

@@ -1,4 +1,5 @@
-"""Who measures: processes of this machine, or the workers of a cluster. Both do the same work.
+"""Who measures: processes of this machine, or the workers of a cluster. Both do the same work, and
+every finished cell is kept as soon as it may be.
 
 A worker may die, for want of memory or by a defect that no exception tells of. A task that was
 under way is then done again; one that takes its worker with it wherever it is done is reported.
@@ -11,17 +12,21 @@ import signal
 import socket
 import threading
 import time
-from collections.abc import Callable, Iterator, Mapping
+import traceback
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
 from itertools import islice
-from typing import Any, Protocol
+from typing import Any, Protocol, TypeVar
 from urllib.parse import urlsplit
 
 from surefoot.checks import optional_module
 from surefoot.compiled import source_stamp
-from surefoot.errors import ParameterError, StudyError
+from surefoot.errors import ParameterError, StudyError, SurefootError
+from surefoot.studies.engine.table import Row, Shards
 from surefoot.version import VERSION
+
+T = TypeVar("T")
 
 KILLED = "the process that measured it died: out of memory, killed from outside, or crashed"
 """What is said of a task that takes its worker with it."""
@@ -34,6 +39,13 @@ PATIENCE = 30.0
 
 Work = Callable[[Any], Any]
 """What is done with a task, in any process; it never raises."""
+
+
+MeasureMany = Callable[[Sequence[Any]], "list[Row | str]"]
+"""Makes a row of each of some cells, in any process; text for one that cannot be measured."""
+
+Progress = Callable[[int, int], None]
+"""Called with the number of cells that are there, and that of all."""
 
 
 class WorkerKilledError(Exception):
@@ -249,3 +261,101 @@ def _alone(
             yield from _alone(workers, work, one, parts, last=len(smaller) == 1)
     else:
         yield task, result
+
+
+@dataclass(frozen=True)
+class Failure:
+    """A cell that could not be measured, and why."""
+
+    cell: Any
+    error: str
+
+
+def measure_missing(
+    measure: MeasureMany,
+    cells: Mapping[Any, Any],
+    have: dict[Any, Row],
+    shards: Shards,
+    *,
+    workers: int | Workers,
+    at_once: int = 1,
+    keep_every: float = 0.0,
+    report: Progress | None = None,
+) -> list[Failure]:
+    """Measure every cell that is not there yet; a study that is stopped keeps what it has.
+
+    Args:
+        measure: what makes rows of at most `at_once` cells. If it raises, each is measured alone.
+        cells: all that are wanted, by key, in the order in which they are begun.
+        have: rows that are there, by key; those that are measured are added.
+        shards: keeps the rows.
+        workers: processes, -1 for all cores; or who works instead.
+        at_once: how many cells are measured together, at most.
+        keep_every: a finished cell waits no longer than this to be written to disk [s].
+        report: called with the number of cells that are there, and that of all.
+
+    Returns:
+        The cells that could not be measured.
+
+    Raises:
+        ParameterError: no workers.
+        StudyError: a cluster was lost.
+        MissingExtraError: joblib is not installed.
+    """
+    who = Processes(workers) if isinstance(workers, int) else workers
+    missing = {key: cell for key, cell in cells.items() if key not in have}
+    work = _Work(measure)
+    failures: list[Failure] = []
+    fresh: list[Row] = []
+    kept, done = time.monotonic(), len(cells) - len(missing)
+    if report is not None:
+        report(done, len(cells))
+    tasks = dict(enumerate(batched(missing.items(), at_once)))
+    try:
+        for task, results in all_results(who, work, tasks, _each):
+            answers = [results] * len(task) if isinstance(results, str) else results
+            for (key, cell), result in zip(task, answers, strict=True):
+                if isinstance(result, str):
+                    failures.append(Failure(cell, result))
+                else:
+                    fresh.append(result)
+                    have[key] = result
+            if time.monotonic() - kept >= keep_every:
+                shards.add(fresh)
+                fresh, kept = [], time.monotonic()
+            done += len(task)
+            if report is not None:
+                report(done, len(cells))
+    finally:
+        shards.add(fresh)
+    return failures
+
+
+@dataclass(frozen=True)
+class _Work:
+    """What is done with some cells in another process: an error comes back as text."""
+
+    measure: MeasureMany
+
+    def __call__(self, task: Sequence[tuple[Any, Any]]) -> list[Row | str] | str:
+        try:
+            return self.measure([cell for _, cell in task])
+        except Exception as error:  # whatever it is, the other cells go on and this one is reported
+            if len(task) > 1:
+                return [self._alone(one) for one in task]
+            return str(error) if isinstance(error, SurefootError) else traceback.format_exc()
+
+    def _alone(self, one: tuple[Any, Any]) -> Row | str:
+        found = self([one])
+        return found if isinstance(found, str) else found[0]
+
+
+def _each(task: Sequence[Any]) -> list[Sequence[Any]]:
+    return [(one,) for one in task]
+
+
+def batched(values: Iterable[T], size: int) -> Iterator[tuple[T, ...]]:
+    """Values in tuples of `size`, the last one shorter."""
+    left = iter(values)
+    while some := tuple(islice(left, size)):
+        yield some

@@ -11,9 +11,14 @@ from dataclasses import asdict, dataclass
 from itertools import product
 from typing import ClassVar
 
-from surefoot.studies.engine.cells import Row
-from surefoot.studies.engine.push_answer import answer
-from surefoot.studies.engine.pushed_walk import PushCell, PushedStudy, check_sizes, push_cells
+from surefoot.studies.engine.pushed_walk import (
+    PushCell,
+    PushedStudy,
+    answer,
+    check_sizes,
+    push_cells,
+)
+from surefoot.studies.engine.table import Row
 
 IMPULSES, LEG_SPEEDS = (5.0, 10.0, 20.0), (3.0, float("inf"))
 """Of the usual table [N s], [m/s]."""

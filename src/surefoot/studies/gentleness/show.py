@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from itertools import product
 from typing import Any
 
 import numpy as np
 
-from surefoot.studies.engine.cells import Row
-from surefoot.studies.engine.report import Details, Report, Table, Text, word_table
+from surefoot.studies.engine.report import Report, Table, Text, provenance
 from surefoot.studies.engine.study import Measured
+from surefoot.studies.engine.table import Row, select
 from surefoot.studies.engine.words import speed_words
 from surefoot.studies.gentleness.question import Gentleness
 
@@ -34,7 +35,7 @@ def larger(rows: Sequence[Row], key: str, other: str, quantity: str) -> int:
         key, other: of the methods.
         quantity: one of `QUANTITIES`.
     """
-    mine, theirs = ([row[quantity] for row in rows if row["method"] == one] for one in (key, other))
+    mine, theirs = ([row[quantity] for row in select(rows, method=one)] for one in (key, other))
     return sum(a > b + NOTICEABLE for a, b in zip(mine, theirs, strict=True))
 
 
@@ -45,42 +46,30 @@ def numbers(measured: Measured[Gentleness]) -> list[dict[str, Any]]:
     """
     study, first = measured.study, measured.study.methods[0]
     found = []
-    for leg_speed in study.leg_speeds:
-        for impulse in study.impulses:
-            rows = _pairs(
-                [
-                    row
-                    for row in measured.rows
-                    if (row["leg_speed"], row["impulse"]) == (leg_speed, impulse)
-                ]
-            )
-            values = {
-                key: {
-                    quantity: [row[quantity] for row in rows if row["method"] == key]
-                    for quantity in QUANTITIES
-                }
-                for key in study.methods
+    for leg_speed, impulse in product(study.leg_speeds, study.impulses):
+        rows = _pairs(select(measured.rows, leg_speed=leg_speed, impulse=impulse))
+        if not rows:
+            continue
+        methods = {}
+        for key in study.methods:
+            own = select(rows, method=key)
+            methods[key] = {name: _summary([row[name] for row in own]) for name in QUANTITIES}
+        found.append(
+            {
+                "leg_speed": leg_speed if math.isfinite(leg_speed) else None,
+                "impulse": impulse,
+                "cells": len(rows) // len(study.methods),
+                "methods": methods,
+                f"{first}_larger": {
+                    name: larger(rows, *study.methods, name) for name in QUANTITIES
+                },
             }
-            if not rows:
-                continue
-            found.append(
-                {
-                    "leg_speed": leg_speed if math.isfinite(leg_speed) else None,
-                    "impulse": impulse,
-                    "cells": len(rows) // len(study.methods),
-                    "methods": {
-                        key: {
-                            quantity: {"mean": float(np.mean(some)), "largest": max(some)}
-                            for quantity, some in own.items()
-                        }
-                        for key, own in values.items()
-                    },
-                    f"{first}_larger": {
-                        name: larger(rows, *study.methods, name) for name in QUANTITIES
-                    },
-                }
-            )
+        )
     return found
+
+
+def _summary(values: Sequence[float]) -> dict[str, float]:
+    return {"mean": float(np.mean(values)), "largest": max(values)}
 
 
 def _pairs(rows: Sequence[Row]) -> list[Row]:
@@ -110,7 +99,7 @@ def gentleness_report(measured: Measured[Gentleness]) -> Report:
                 "place and time, after pushes in four directions at four phases of a step."
             ),
             *tables,
-            Details("Provenance", [word_table(("what", "value"), measured.provenance)]),
+            provenance(measured.provenance),
         ),
     )
 

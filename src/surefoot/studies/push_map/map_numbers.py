@@ -17,6 +17,40 @@ from surefoot.studies.push_map.question import PushMap
 
 
 @dataclass(frozen=True)
+class Quantity:
+    """What may colour a cell.
+
+    Attributes:
+        key: its name.
+        words: its name in words.
+        unit: in which it is shown.
+        factor: from the unit of the table to that one.
+        per_walk: whether it is one of each walk, and so depends on the impulse.
+        whole: whether it is a whole number.
+    """
+
+    key: str
+    words: str
+    unit: str
+    factor: float = 1.0
+    per_walk: bool = False
+    whole: bool = False
+
+
+QUANTITIES = (
+    Quantity("survived", "Largest survived impulse", "N s"),
+    Quantity("share", "Share of the theoretical limit", "%", 100.0),
+    Quantity("steps", "Steps to recover", "steps", per_walk=True, whole=True),
+    Quantity("margin", "Margin", "cm", 100.0, per_walk=True),
+)
+"""In the order in which they are shown."""
+
+SHARE = 90.0
+"""Colours of shares begin here, or lower [%]: of less than a tenth of the limit, the steps of the
+scan are a good part."""
+
+
+@dataclass(frozen=True)
 class MapNumbers:
     """The rows of a push map as arrays: P phases, D directions, N impulses.
 
@@ -59,11 +93,10 @@ class MapNumbers:
                 f"{len(rows)} rows of {shape[0]} phases and {shape[1]} directions",
                 "give the whole table of one map",
             )
-        for name in ("impulse", "survived", "limit", "limit_causal", "limit_fixed", "holes"):
-            values = np.array([row[name] for row in rows]).reshape(shape)
-            object.__setattr__(self, name, values)
-        for name, of in (("share", "fraction"), ("share_causal", "fraction_causal")):
-            values = np.array([row[of] for row in rows], float).reshape(shape)
+        columns = ("impulse", "survived", "limit", "limit_causal", "limit_fixed", "holes")
+        shares = {"share": "fraction", "share_causal": "fraction_causal"}
+        for name, of in ({one: one for one in columns} | shares).items():
+            values = np.array([row[of] for row in rows]).reshape(shape)
             object.__setattr__(self, name, values)
         numbers = [np.round(np.array(row["impulses"]) / study.step).astype(int) for row in rows]
         count = 1 + max(int(one.max()) for one in numbers)
@@ -112,6 +145,25 @@ class MapNumbers:
         number = round(impulse / self.study.step)
         recovered = self.fate[..., number] == RECOVERED
         return np.where(recovered, values[..., number].astype(float), math.nan)
+
+    def shown(self, quantity: Quantity, impulse: float) -> NDArray[np.float64]:
+        """A quantity in its unit, under an impulse [N s] if it is one of walks, shape (P, D)."""
+        values = self._of(quantity)
+        return quantity.factor * (self.at(values, impulse) if quantity.per_walk else values)
+
+    def colour_range(self, quantity: Quantity) -> tuple[float, float]:
+        """Between which values of a quantity colours are, over all impulses."""
+        values = quantity.factor * self._of(quantity).astype(float)
+        if quantity.per_walk:
+            values = values[self.fate == RECOVERED]
+        known = values[np.isfinite(values)]
+        low, high = (float(known.min()), float(known.max())) if len(known) else (0.0, 1.0)
+        if quantity.key == "share":
+            return min(low, SHARE), 100.0
+        return (low - 1.0, high + 1.0) if low == high else (low, high)
+
+    def _of(self, quantity: Quantity) -> NDArray[Any]:
+        return getattr(self, "recovery_steps" if quantity.key == "steps" else quantity.key)
 
 
 def origin(numbers: MapNumbers) -> list[str]:

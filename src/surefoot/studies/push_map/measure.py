@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from surefoot.dcm.push_limit import causal_push_limit, fixed_steps_limit, push_limit
+from surefoot.dcm.push_limit import PushCase, fixed_steps_limit
 from surefoot.dcm.pushes import PUSH
 from surefoot.rollout.outcome import recovery_time
-from surefoot.studies.engine.cells import Row
 from surefoot.studies.engine.scan import FAILURES
+from surefoot.studies.engine.table import Row
 from surefoot.worlds.point.batch import simulate_batch
 from surefoot.worlds.point.walks import Walks
 
@@ -39,27 +39,27 @@ _NOT_WALKED = np.array((NOT_WALKED, -1, math.nan, math.nan), WALK)
 def measure_cells(study: PushMap, cells: Sequence[Cell]) -> list[Row]:
     """The rows of some cells, see `cell_row`; all their walks are one batch."""
     limits = [_limits(study, cell) for cell in cells]
-    counts = [study.count(known) for known, _ in limits]
+    counts = [study.count(known) for known, _, _ in limits]
     walks = np.full((len(cells), max(counts)), _NOT_WALKED)
     first = [study.first_look(count) for count in counts]
     _walk(study, cells, walks, first)
     between = [_between(fate, looked) for fate, looked in zip(walks["fate"], first, strict=True)]
     _walk(study, cells, walks, between)
     return [
-        cell_row(study, cell, both, own)
-        for cell, both, own in zip(cells, limits, walks, strict=True)
+        cell_row(study, cell, known, own)
+        for cell, known, own in zip(cells, limits, walks, strict=True)
     ]
 
 
 def cell_row(
-    study: PushMap, cell: Cell, limits: tuple[float, float], walks: NDArray[np.void]
+    study: PushMap, cell: Cell, limits: tuple[float, float, float], walks: NDArray[np.void]
 ) -> Row:
     """One row of the table.
 
     Args:
         study: the map.
         cell: whose row it is.
-        limits: of a push that is known, and of one whose end is unknown [N s].
+        limits: with the whole sole, as in `limit`, `limit_causal` and `limit_fixed` [N s].
         walks: `WALK` records of its impulses upwards.
 
     Returns:
@@ -73,14 +73,11 @@ def cell_row(
         of `WALK`.
     """
     there = np.flatnonzero(walks["fate"] != NOT_WALKED)
-    impulses, walks, (limit, causal) = study.step * there, walks[there], limits
+    impulses, walks, (limit, causal, fixed) = study.step * there, walks[there], limits
     failed = np.flatnonzero(walks["fate"] != RECOVERED)
     scanned = float(impulses[-1])
     impulse = float(impulses[failed[0]]) if len(failed) else math.inf
     survived = max(impulse - study.step, 0.0) if len(failed) else scanned
-    fixed = fixed_steps_limit(
-        study.robot, study.direction(cell.angle), duration=study.push_duration
-    ).impulse
     return {
         "impulse": impulse,
         "delta_v": impulse / study.robot.mass,
@@ -137,19 +134,17 @@ def _between(fate: NDArray[np.int8], walked: NDArray[np.int64]) -> NDArray[np.in
     return np.concatenate(gaps) if gaps else np.zeros(0, np.int64)
 
 
-def _limits(study: PushMap, cell: Cell) -> tuple[float, float]:
-    """The theoretical limit with the whole sole, and that of those who do not know when the push
-    ends [N s]."""
-    known, causal = (
-        largest(
-            study.robot,
-            study.direction(cell.angle),
-            velocity=study.controller.gait.velocity,
-            elapsed=study.start(cell),
-            duration=study.push_duration,
-            support_side=study.support_side,
-            zmp_reach=study.robot.foot.half,
-        ).impulse
-        for largest in (push_limit, causal_push_limit)
+def _limits(study: PushMap, cell: Cell) -> tuple[float, float, float]:
+    """The theoretical limits with the whole sole [N s]: of a push that is known, of one whose end
+    is unknown, and without moving a landing."""
+    case = PushCase(
+        study.robot,
+        study.direction(cell.angle),
+        velocity=study.controller.gait.velocity,
+        elapsed=study.start(cell),
+        duration=study.push_duration,
+        support_side=study.support_side,
+        zmp_reach=study.robot.foot.half,
     )
-    return known, causal
+    fixed = fixed_steps_limit(case.robot, case.direction, duration=case.duration)
+    return case.limit().impulse, case.causal_limit().impulse, fixed.impulse

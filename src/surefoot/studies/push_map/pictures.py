@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import math
 import textwrap
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -19,8 +18,23 @@ from numpy.typing import NDArray
 from surefoot.dcm.pushes import DIRECTIONS
 from surefoot.show import palette
 from surefoot.show.picture_file import HALO
-from surefoot.studies.engine.pictures import FIXED, FOOT_BAND, LIMIT, add_map, closed, headline
-from surefoot.studies.push_map.map_numbers import MapNumbers, finding, origin
+from surefoot.studies.engine.pictures import (
+    FIXED,
+    FOOT_BAND,
+    LIMIT,
+    MapGrid,
+    add_legend,
+    closed,
+    headline,
+)
+from surefoot.studies.push_map.map_numbers import (
+    QUANTITIES,
+    SHARE,
+    MapNumbers,
+    Quantity,
+    finding,
+    origin,
+)
 
 HEADING = "How hard a push is survived, from any side at any time"
 """Of page and pictures."""
@@ -30,61 +44,40 @@ COLOURS = "viridis"
 
 SURVIVED = "#0072b2"
 
-SHARE = 90.0
-"""Colours of shares begin here, or lower [%]."""
-
 _WIDTH, _COLUMNS, _SIZE, _GAP = 12.5, 5, 2.04, 0.44
 
 _LETTERS = 150
 """What fits into a line under the heading."""
 
 
-class _Heat(NamedTuple):
-    """One heat map: its values by phase and direction, what they are, and colours in steps."""
-
-    key: str
-    title: str
-    unit: str
-    values: NDArray[np.float64]
-    whole: bool = False
-    """Whether the values are whole numbers."""
-
-
 def heat_figure(numbers: MapNumbers) -> Figure:
     """Four heat maps: what is survived, its share of the limit, and, under the hardest push that
     is survived in every cell, the steps to recover and the margin.
-
-    Returns:
-        A figure of its own, not known to pyplot.
     """
     impulse = numbers.everywhere
-    under = f"under {impulse:g} N s"
-    heats = (
-        _Heat("survived", "Largest survived impulse", "N s", numbers.survived),
-        _Heat("share", "Share of the theoretical limit", "%", 100.0 * numbers.share),
-        _Heat("steps", f"Steps to recover {under}", "steps",
-              numbers.at(numbers.recovery_steps, impulse), True),
-        _Heat("margin", f"Margin {under}", "cm", 100.0 * numbers.at(numbers.margin, impulse)),
-    )  # fmt: skip
+    heats = [(one, numbers.shown(one, impulse)) for one in QUANTITIES]
     figure = Figure(figsize=(_WIDTH, 8.3), facecolor="white")
     _headline(figure, numbers)
     axes = figure.subplots(
         2, 2, gridspec_kw={"left": 0.055, "right": 0.975, "bottom": 0.1, "top": 0.84,
                            "hspace": 0.34, "wspace": 0.12},
     )  # fmt: skip
-    for ax, heat in zip(axes.flat, heats, strict=True):
-        _draw_heat(figure, ax, numbers, heat)
+    for ax, (quantity, values) in zip(axes.flat, heats, strict=True):
+        under = f" under {impulse:g} N s" if quantity.per_walk else ""
+        title = f"{quantity.words}{under} [{quantity.unit}]"
+        ax.set_title(title, loc="left", fontsize=9.5, fontweight="bold")
+        _draw_heat(figure, ax, numbers, quantity, values)
     handles: list[Any] = []
     if (numbers.holes > 0).any():
         handles.append(
             Line2D([], [], linestyle="none", marker="x", color="black", markersize=5.0,
                    label="a harder push than the smallest failing one is survived")
         )  # fmt: skip
-    if any(np.isnan(heat.values).any() for heat in heats):
+    if any(np.isnan(values).any() for _, values in heats):
         handles.append(Patch(facecolor="#d9d9d9", hatch="////", edgecolor="white",
                              label="not even the gait without a push"))  # fmt: skip
     if handles:
-        figure.legend(handles=handles, loc="lower center", ncols=2, frameon=False)
+        add_legend(figure, handles, 2, 0.0)
     return figure
 
 
@@ -106,26 +99,26 @@ def _edges(values: NDArray[np.float64], whole: float) -> NDArray[np.float64]:
     return np.append(values - half, values[-1] + half)
 
 
-def _draw_heat(figure: Figure, ax: Axes, numbers: MapNumbers, heat: _Heat) -> None:
-    ax.set_title(f"{heat.title} [{heat.unit}]", loc="left", fontsize=9.5, fontweight="bold")
+def _draw_heat(
+    figure: Figure, ax: Axes, numbers: MapNumbers, heat: Quantity, values: NDArray[np.float64]
+) -> None:
     ax.set_facecolor("#d9d9d9")
-    known = heat.values[np.isfinite(heat.values)]
+    known = values[np.isfinite(values)]
     options: dict[str, Any] = {"cmap": COLOURS}
     if heat.whole and len(known) and np.ptp(known) <= 20:
         bounds = np.arange(known.min() - 0.5, known.max() + 1.0)
         if len(bounds) > 2:
             options["norm"] = BoundaryNorm(bounds, 256)
     elif heat.key == "share" and len(known):
-        # Of less than a tenth of the limit, the steps of the scan are a good part.
         options |= {"vmin": min(SHARE, known.min()), "vmax": 100.0}
     elif len(known) and np.ptp(known) < 1e-9:
         options |= {"vmin": known[0] - 1.0, "vmax": known[0] + 1.0}
     edges = _edges(numbers.angles, 360.0), _edges(numbers.phases, 1.0)
     mesh = ax.pcolormesh(
-        *edges, np.ma.masked_invalid(heat.values),
+        *edges, np.ma.masked_invalid(values),
         gid=f"heat-{heat.key}", rasterized=True, **options,
     )  # fmt: skip
-    unknown = np.ma.masked_where(np.isfinite(heat.values), np.zeros_like(heat.values))
+    unknown = np.ma.masked_where(np.isfinite(values), np.zeros_like(values))
     if not unknown.mask.all():
         ax.pcolor(
             *edges, unknown, hatch="////", cmap="Greys", vmin=-1.0, vmax=9.0, edgecolor="white",
@@ -149,29 +142,20 @@ def _draw_heat(figure: Figure, ax: Axes, numbers: MapNumbers, heat: _Heat) -> No
 
 
 def polar_figure(numbers: MapNumbers) -> Figure:
-    """A polar map for each phase, all to the same scale, seen from above with forward up.
-
-    Returns:
-        A figure of its own, not known to pyplot.
-    """
-    columns = min(_COLUMNS, len(numbers.phases))
-    rows = math.ceil(len(numbers.phases) / columns)
-    head, foot, below = 1.3, 0.45, 0.42
-    height = head + rows * (_SIZE + below) + foot
-    figure = Figure(figsize=(_WIDTH, height), facecolor="white")
+    """A polar map for each phase, all to the same scale, seen from above with forward up."""
+    count = len(numbers.phases)
+    grid = MapGrid(_WIDTH, min(_COLUMNS, count), count, _SIZE, _GAP, 0.42, 1.3, 0.45)
+    figure = grid.figure()
     _headline(figure, numbers)
     outer = max(float(numbers.limit.max()), float(numbers.survived.max()), 1.0)
-    for index in range(len(numbers.phases)):
+    for index in range(count):
         limit = dict(zip(numbers.angles, numbers.limit[index], strict=True))
-        ax = add_map(
-            figure, index, columns, size=_SIZE, gap=_GAP, below=below, head=head, outer=outer,
-            near=lambda angle, limit=limit: limit[min(limit, key=lambda one: abs(one - angle))],
+        ax = grid.add(
+            figure, index, outer,
+            lambda angle, limit=limit: limit[min(limit, key=lambda one: abs(one - angle))],
         )  # fmt: skip
         _draw_polar(ax, numbers, index)
-    figure.legend(
-        handles=_polar_legend(numbers), loc="lower center", ncols=4, frameon=False,
-        bbox_to_anchor=(0.5, 0.04 / height), handlelength=2.6,
-    )  # fmt: skip
+    add_legend(figure, _polar_legend(numbers), 4, 0.04, handlelength=2.6)
     return figure
 
 

@@ -11,6 +11,7 @@ narrower than the coarse step, a failure between two neighbours that were both s
 
 from __future__ import annotations
 
+import inspect
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
@@ -24,17 +25,19 @@ from surefoot.dcm.push_limit import check_leg
 from surefoot.dcm.pushes import push_direction
 from surefoot.errors import ParameterError
 from surefoot.interface import Controller
+from surefoot.plugins import foreign_stamp
 from surefoot.robot.feet import Side
 from surefoot.robot.robot import Robot
 from surefoot.rollout.rollout import describe
-from surefoot.studies.engine.cells import Row
+from surefoot.studies.engine.pushed_walk import check_count
 from surefoot.studies.engine.study import Study
+from surefoot.studies.engine.table import Row
 from surefoot.studies.push_map.measure import measure_cells
 
 COARSE_STEPS = 10
 """How many steps of the scan the fast way takes at once."""
 
-MOST_STEPS = 200
+MAX_STRIDE = 200
 """The coarse step is at most so many steps of the scan."""
 
 
@@ -86,21 +89,17 @@ class PushMap(Study):
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "robot", self.controller.robot)
-        for name, usual in (("directions", 72), ("phases", 20)):
-            value = getattr(self, name)
-            if isinstance(value, bool) or not isinstance(value, int) or value < 1:
-                raise ParameterError(
-                    f"`{name}` as a whole number of at least 1", repr(value), f"{usual} is usual"
-                )
+        check_count("directions", self.directions, 72)
+        check_count("phases", self.phases, 20)
         check_number("step", self.step, 0.0, "N s", above=True)
         check_number("push_duration", self.push_duration, 0.0, "s", above=True)
         if self.coarse is None:
             object.__setattr__(self, "coarse", COARSE_STEPS * self.step)
         check_number("coarse", self.coarse or 0.0, 0.0, "N s", above=True)
         stride = self.stride
-        if not 1 <= stride <= MOST_STEPS or not math.isclose(stride * self.step, self.coarse or 0):
+        if not 1 <= stride <= MAX_STRIDE or not math.isclose(stride * self.step, self.coarse or 0):
             raise ParameterError(
-                f"`coarse` as 1 to {MOST_STEPS} times the step of {self.step:g} N s",
+                f"`coarse` as 1 to {MAX_STRIDE} times the step of {self.step:g} N s",
                 f"{self.coarse:g} N s",
                 f"give {COARSE_STEPS * self.step:g}, or {self.step:g} to walk everything",
             )
@@ -167,6 +166,11 @@ class PushMap(Study):
         names = ("directions", "phases", "step", "coarse", "push_duration")
         side = self.support_side.name.lower()
         return {name: getattr(self, name) for name in names} | {"support_side": side}
+
+    def foreign_sources(self) -> dict[str, str]:
+        """See `Study`."""
+        kind = type(self.controller)
+        return {kind.__name__: foreign_stamp(inspect.getfile(kind))}
 
     def common(self) -> dict[str, Any]:
         """The pushes, and who answers them."""

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import base64
-from importlib.resources import files
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
+from matplotlib import colormaps
+from matplotlib.colors import to_hex
 from numpy.typing import NDArray
 
 from surefoot.dcm.pushes import DIRECTIONS
-from surefoot.studies.engine.cells import without_infinity
 from surefoot.studies.engine.report import (
     Details,
     Figure,
@@ -18,10 +19,13 @@ from surefoot.studies.engine.report import (
     Report,
     Table,
     Text,
-    word_table,
+    choice,
+    provenance,
 )
+from surefoot.studies.engine.table import without_infinity
 from surefoot.studies.engine.words import angle_words, percent
 from surefoot.studies.push_map.map_numbers import (
+    QUANTITIES,
     MapNumbers,
     finding,
     origin,
@@ -29,15 +33,9 @@ from surefoot.studies.push_map.map_numbers import (
     summary,
 )
 from surefoot.studies.push_map.measure import PER_WALK, RECOVERED
-from surefoot.studies.push_map.pictures import HEADING, heat_figure, polar_figure
+from surefoot.studies.push_map.pictures import COLOURS, HEADING, heat_figure, polar_figure
 
-SCRIPTS = ("push_map_data.js", "push_map.js")
-"""In the order in which they run."""
-
-MARKUP, STYLE = "push_map.html", "push_map.css"
-"""What the scripts fill, and how it looks."""
-
-NO_STEPS, MOST_STEPS = 63, 62
+NO_STEPS, MAX_STEPS = 63, 62
 """How a walk's steps to recover are packed into six bits: none, and so many or more."""
 
 NO_MARGIN = -32768
@@ -59,7 +57,7 @@ def report(numbers: MapNumbers) -> Report:
         origin=origin(numbers),
         parts=[
             Text(finding(numbers)),
-            _interactive(numbers),
+            Interactive.of("surefoot.studies.push_map", page_data(numbers)),
             _axes_table(numbers),
             Figure(
                 f"{study.NAME}.png", "All directions and phases in colours",
@@ -71,9 +69,7 @@ def report(numbers: MapNumbers) -> Report:
             ),
             Details("By phase", [_phase_table(numbers)], folded=True),
             Details("What was measured, and how", [*map(Text, protocol(study))]),
-            Details(
-                "Provenance", [word_table(("what", "value"), numbers.measured.provenance)]
-            ),
+            provenance(numbers.measured.provenance),
         ],
     )  # fmt: skip
 
@@ -88,16 +84,6 @@ def as_numbers(numbers: MapNumbers) -> dict[str, Any]:
         "provenance": numbers.measured.provenance,
         "summary": summary(numbers),
     }
-
-
-def _interactive(numbers: MapNumbers) -> Interactive:
-    folder = files("surefoot.studies.push_map")
-    return Interactive(
-        markup=(folder / MARKUP).read_text("utf-8"),
-        data=page_data(numbers),
-        scripts=[(folder / name).read_text("utf-8") for name in SCRIPTS],
-        style=(folder / STYLE).read_text("utf-8"),
-    )
 
 
 def _axes_table(numbers: MapNumbers) -> Table:
@@ -150,24 +136,47 @@ def page_data(numbers: MapNumbers) -> dict[str, Any]:
         np.concatenate([row[name] for row in rows]) for name in ("fate", "recovery_steps", "margin")
     )
     back = (fate == RECOVERED) & (steps >= 0)
-    steps = np.where(back, np.minimum(steps, MOST_STEPS), NO_STEPS)
+    steps = np.where(back, np.minimum(steps, MAX_STEPS), NO_STEPS)
     lost = ~(np.abs(margin) < MARGIN_UNIT * (-NO_MARGIN - 1))
     margin = np.where(lost, NO_MARGIN, np.round(np.where(lost, 0.0, margin) / MARGIN_UNIT))
+    phases, angles, limit = numbers.phases.tolist(), numbers.angles.tolist(), numbers.limit
+    top = max(float(limit.max()), max(row["impulses"][-1] for row in rows))
+    impulses = numbers.coarse * np.arange(int(top / numbers.coarse + 1e-9) + 1)
+    weakest = np.unravel_index(np.argmin(np.nan_to_num(numbers.share, nan=2.0)), limit.shape)
+    tried = int(numbers.survived[weakest] / numbers.coarse + 1e-9)
+    columns = ("limit", "limit_causal", "limit_fixed", "survived", "share", "holes")
     return {
-        "phases": numbers.phases.tolist(),
-        "angles": numbers.angles.tolist(),
-        "step": step,
-        "coarse": numbers.coarse,
-        "duration": numbers.study.push_duration,
+        "choices": {
+            "show": choice([one.key for one in QUANTITIES], [one.words for one in QUANTITIES], 0),
+            "impulse": choice(
+                impulses.tolist(), [f"{one:.4g}\u00a0N\u00a0s" for one in impulses], tried
+            ),
+            "phase": choice(phases, [f"{one:.3g}" for one in phases], int(weakest[0])),
+            "angle": choice(angles, [_angle_words(one) for one in angles], int(weakest[1])),
+        },
+        "angles": angles,
         "directions": DIRECTIONS,
-        "limit": np.round(numbers.limit, 3).ravel().tolist(),
-        "causal": np.round(numbers.limit_causal, 3).ravel().tolist(),
-        "fixed": np.round(numbers.limit_fixed, 3).ravel().tolist(),
+        "step": step,
+        "top": top,
+        "shows": [
+            {
+                **asdict(one), "range": numbers.colour_range(one),
+                "heading": one.words.lower() + ("" if one.whole else f" [{one.unit}]"),
+            }
+            for one in QUANTITIES
+        ],
+        "colours": [to_hex(colour) for colour in colormaps[COLOURS](np.linspace(0.0, 1.0, 17))],
+        **{name: getattr(numbers, name).round(5).ravel().tolist() for name in columns},
         "count": _packed(np.array([len(one) for one in places]), "<u2"),
         "gap": _packed(np.concatenate([np.diff(one, prepend=0) for one in places]), "<u1"),
         "code": _packed(64 * fate + steps, "<u1"),
         "margin": _packed(margin, "<i2"),
-    }
+    }  # fmt: skip
+
+
+def _angle_words(angle: float) -> str:
+    words = angle_words(angle)
+    return f"{words} ({angle:.4g}°)" if words in DIRECTIONS else f"{angle:.4g}°"
 
 
 def _packed(values: NDArray[Any], kind: str) -> str:

@@ -7,8 +7,8 @@ foot and the part of the step that is over.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -16,8 +16,8 @@ from surefoot.robot.feet import Footstep, Side
 from surefoot.robot.robot import Robot
 from surefoot.rollout.rollout import Rollout
 from surefoot.studies.engine.body_recovery import used_after
-from surefoot.studies.engine.pushed_body import PushedBody, body_method, mechanism_of
-from surefoot.studies.reproduce.question import NOT_REPRODUCED, REPRODUCED, VELOCITY, Claim
+from surefoot.studies.engine.pushed_body import PushedBody, body_method
+from surefoot.studies.reproduce.walks import NOT_REPRODUCED, REPRODUCED, VELOCITY, Claim
 
 IN_PART, BEYOND, FELL = "reproduced in part", "survived, beyond the paper", "not survived"
 """Of a body that walks on, but not as the paper says; and of pushes that the paper has not."""
@@ -107,11 +107,6 @@ class BodyAnswer:
     alive: bool
 
     @property
-    def drawn(self) -> bool:
-        """Whether it is one of `DRAWN`."""
-        return (self.method, self.push.impulse, self.push.direction) in DRAWN
-
-    @property
     def steps(self) -> tuple[Footstep, ...]:
         """The pushed step and all after it."""
         return self._since(self.rollout)
@@ -141,34 +136,28 @@ class BodyAnswer:
         return after if self.alive and after <= len(self.off) else None
 
 
-def paper_push_answers(
-    robot: Robot,
-    pushes: Sequence[PaperPush] = PAPER_PUSHES,
-    methods: Sequence[str] = METHODS,
-    report: Callable[[int, int], None] | None = None,
-) -> list[BodyAnswer]:
-    """Walk at the paper's velocity, and be pushed as there.
+@lru_cache(maxsize=len(METHODS) * len(PAPER_PUSHES))
+def body_answer(robot: Robot, method: str, push: PaperPush) -> BodyAnswer:
+    """Walk at the paper's velocity, and be pushed as there; each push comes at the same moment of
+    the same walk.
 
     Args:
         robot: with a body.
-        pushes: which; each from the same moment of the same walk.
-        methods: keys of `engine.pushed_body.BODY_METHODS`.
-        report: called with the number of walks that are done, and that of all.
+        method: one of `engine.pushed_body.BODY_METHODS`.
+        push: of the paper.
 
     Raises:
         SurefootError: the robot has no body, or does not walk at that velocity.
     """
-    answers, total = [], len(methods) * len(pushes)
-    for key in methods:
-        walk = PushedBody(robot, key, FOOT, PHASE, VELOCITY)
-        usual, _ = walk.rollout(walk.push("forward", 0.0))
-        for push in pushes:
-            rollout, end = walk.rollout(walk.push(push.direction, push.impulse))
-            begin, alive = walk.start.time, end.survived
-            answers.append(BodyAnswer(key, push, rollout, usual, begin, alive))
-            if report is not None:
-                report(len(answers), total)
-    return answers
+    walk = PushedBody(robot, method, FOOT, PHASE, VELOCITY)
+    rollout, end = walk.rollout(walk.push(push.direction, push.impulse))
+    return BodyAnswer(method, push, rollout, _usual(walk), walk.start.time, end.survived)
+
+
+@lru_cache(maxsize=1)
+def _usual(walk: PushedBody) -> Rollout:
+    """The walk that is not pushed."""
+    return walk.rollout(walk.push("forward", 0.0))[0]
 
 
 def body_claim(answer: BodyAnswer) -> Claim:
@@ -225,39 +214,19 @@ SHOWN_STEPS = 6
 """So many steps of a walk are listed, from the pushed one on."""
 
 
-def step_rows(answers: Sequence[BodyAnswer]) -> list[tuple[str, ...]]:
+def step_rows(answer: BodyAnswer) -> list[list[str]]:
     """Steps from the pushed one on: walk, foot, duration, length, width and error of the DCM."""
+    push = answer.push
+    walk = f"{body_method(answer.method).label}, {push.impulse:g} N s {push.direction}"
     return [
-        (
-            f"{body_method(one.method).label}, {one.push.impulse:g} N s {one.push.direction}",
-            str(number), step.side.name.lower(), f"{step.duration:.3f}", f"{step.step[0]:.3f}",
-            f"{abs(step.step[1]):.3f}", f"{100.0 * off:.1f}",
-        )
-        for one in answers
-        for number, (step, off) in enumerate(zip(one.steps, one.off, strict=False), start=1)
+        [
+            walk, str(number), step.side.name.lower(), f"{step.duration:.3f}",
+            f"{step.step[0]:.3f}", f"{abs(step.step[1]):.3f}", f"{100.0 * off:.1f}",
+        ]
+        for number, (step, off) in enumerate(zip(answer.steps, answer.off, strict=False), start=1)
         if number <= SHOWN_STEPS
     ]  # fmt: skip
 
 
 STEP_COLUMNS = ("walk", "step", "foot", "duration [s]", "length [m]", "width [m]", "DCM off [cm]")
 """Of `step_rows`."""
-
-
-def body_parameters(robot: Robot, answers: Sequence[BodyAnswer]) -> list[tuple[str, str]]:
-    """What every number depends on: name and value."""
-    surroundings = {one.rollout.body.surroundings for one in answers if one.rollout.body}
-    return [
-        ("robot", f"{robot.name}, {mechanism_of(robot).mass:.4g} kg with motors; the paper's 85 "
-                  "N s are on 70 kg"),
-        ("velocity", f"{VELOCITY} m/s"),
-        ("pushes", f"on the trunk for 0.2 s, from {PHASE:.0%} of a step on the {FOOT} foot on"),
-        ("surroundings", "; ".join(sorted(surroundings))),
-        ("state", "the true one of the body"),
-        ("seed", "none: nothing is random"),
-        *((body_method(one).label, _parameters(one, answers)) for one in METHODS),
-    ]  # fmt: skip
-
-
-def _parameters(key: str, answers: Sequence[BodyAnswer]) -> str:
-    own = [one for one in answers if one.method == key]
-    return own[0].rollout.controller_parameters if own else "not asked"

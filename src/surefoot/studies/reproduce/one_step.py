@@ -9,9 +9,9 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,14 +22,15 @@ from surefoot.dcm.step_problem import OFFSET_PENALTY, OFFSET_WEIGHT
 from surefoot.robot.feet import Side
 from surefoot.robot.robot import Robot
 from surefoot.studies.engine.report import Table
-from surefoot.studies.reproduce.question import (
+from surefoot.studies.engine.table import Row
+from surefoot.studies.reproduce.walks import (
     AXES,
     NOT_REPRODUCED,
     UNDER_ASSUMPTIONS,
     VELOCITY,
     Claim,
 )
-from surefoot.worlds.point.landings import pushed_landings
+from surefoot.worlds.point.batch import pushed_landings
 
 PUSH_DELAY, PUSH_DURATION = 0.1, 0.2
 """From the touchdown to the push, and its length [s]: the paper's push in the third step."""
@@ -60,8 +61,8 @@ NEAR = 0.03
 
 
 @dataclass(frozen=True)
-class OneStepLimit:
-    """One set of assumptions and the largest impulse that one step absorbs under it.
+class Assumptions:
+    """What the paper leaves open, and where the push goes.
 
     Attributes:
         direction: of the push, one of `DIRECTIONS`.
@@ -72,8 +73,6 @@ class OneStepLimit:
         lands_during_push: whether a step may end while the push still acts.
         nominal: what counts as absorbed: d nominal again within `NOMINAL`, or else |d| inside the
             printed bounds, as a program with hard bounds needs.
-        impulse: the largest of the scan up to which every adapted step absorbs its push; 0 if
-            none does, inf if all do [N s].
     """
 
     direction: str
@@ -83,11 +82,10 @@ class OneStepLimit:
     offset_penalty: float
     lands_during_push: bool
     nominal: bool
-    impulse: float
 
     @property
-    def assumptions(self) -> str:
-        """All but direction and impulse, in words."""
+    def words(self) -> str:
+        """All but the direction."""
         return ", ".join(
             (
                 "leg unlimited" if math.isinf(self.leg_speed) else f"leg {self.leg_speed:g} m/s",
@@ -100,29 +98,60 @@ class OneStepLimit:
         )
 
 
-def one_step_limits(robot: Robot) -> list[OneStepLimit]:
-    """The whole table: every direction under every set of assumptions.
+@dataclass(frozen=True)
+class OneStepLimit(Assumptions):
+    """Assumptions, and the largest impulse that one step absorbs under them.
+
+    Attributes:
+        impulse: the largest of the scan up to which every adapted step absorbs its push; 0 if
+            none does, inf if all do [N s].
+    """
+
+    impulse: float
+
+    @classmethod
+    def of(cls, row: Row) -> OneStepLimit:
+        """The limit that a row of a study holds."""
+        values: Row = {**row, "offset_weight": tuple(row["offset_weight"])}
+        return cls(**values)
+
+
+def every_assumption() -> Iterator[Assumptions]:
+    """Every direction under every set of assumptions; those of the same landings in succession."""
+    for hip, speed, weight, penalty, direction, lands, nominal in itertools.product(
+        HIPS, LEG_SPEEDS, OFFSET_WEIGHTS, PENALTIES, DIRECTIONS, (True, False), (True, False)
+    ):
+        yield Assumptions(direction, speed, hip, weight, penalty, lands, nominal)
+
+
+def one_step_impulse(robot: Robot, given: Assumptions) -> float:
+    """The impulse of a `OneStepLimit` [N s].
 
     Args:
-        robot: mass, height, limits and foot; hip and leg speed are varied.
+        robot: mass, height, limits and foot; hip and leg speed are those that are given.
+        given: the assumptions.
     """
-    rows = []
-    for hip, speed, weight, penalty, direction in itertools.product(
-        HIPS, LEG_SPEEDS, OFFSET_WEIGHTS, PENALTIES, DIRECTIONS
-    ):
-        controller = _controller(robot, hip, speed, weight, penalty)
-        landings = pushed_landings(controller, _scan(direction))
-        for lands_during_push, nominal in itertools.product((True, False), (True, False)):
-            absorbed = _absorbed(controller, landings, nominal)
-            if not lands_during_push:
-                absorbed &= landings["time"] >= PUSH_DELAY + PUSH_DURATION - 1e-9
-            rows.append(
-                OneStepLimit(
-                    direction, speed, hip, weight, penalty, lands_during_push, nominal,
-                    _largest(absorbed, landings["adapted"]),
-                )
-            )  # fmt: skip
-    return rows
+    varied = robot.replace(hip=given.hip).with_leg(max_speed=given.leg_speed)
+    controller = HybridController(
+        varied, VELOCITY, tau_weight=1.0, offset_weight=given.offset_weight,
+        offset_penalty=given.offset_penalty,
+    )  # fmt: skip
+    landings = _landings(controller, given.direction)
+    absorbed = _absorbed(controller, landings, given.nominal)
+    if not given.lands_during_push:
+        absorbed &= landings["time"] >= PUSH_DELAY + PUSH_DURATION - 1e-9
+    return _largest(absorbed, landings["adapted"])
+
+
+@lru_cache(maxsize=1)
+def _landings(controller: HybridController, direction: str) -> NDArray[np.void]:
+    """Where and when the pushed step lands, for every impulse of the scan."""
+    count = math.floor(LARGEST_IMPULSE / IMPULSE_STEP) + 1
+    pushes = [
+        Push.of_impulse(impulse, AXES[direction], PUSH_DELAY, PUSH_DURATION)
+        for impulse in (IMPULSE_STEP * np.arange(count)).tolist()
+    ]
+    return pushed_landings(controller, pushes)
 
 
 def nearest_limits(
@@ -145,7 +174,7 @@ def limits_by_assumptions(
     """
     sets: dict[str, dict[str, float]] = {}
     for row in rows:
-        sets.setdefault(row.assumptions, {})[row.direction] = row.impulse
+        sets.setdefault(row.words, {})[row.direction] = row.impulse
 
     def miss(impulses: tuple[float, float, float]) -> float:
         sideways = min(abs(impulse - PAPER_Y) for impulse in impulses[1:])
@@ -155,7 +184,7 @@ def limits_by_assumptions(
     return sorted(table, key=lambda entry: miss(entry[1]))
 
 
-def claim_one_step(limits: list[OneStepLimit], target: float, *, along_x: bool) -> Claim:
+def claim_one_step(limits: Sequence[OneStepLimit], target: float, *, along_x: bool) -> Claim:
     """The largest impulse that one step absorbs, under the assumptions that come nearest.
 
     With the step at its longest, T shrinks as the impulse grows, until the foot lands before the
@@ -170,9 +199,9 @@ def claim_one_step(limits: list[OneStepLimit], target: float, *, along_x: bool) 
         "IV-B, one step",
         f"largest impulse in {axis} that one step absorbs",
         f"{target:g} N s",
-        f"nearest: {nearest[0].direction} {nearest[0].impulse:.2f} N s ({nearest[0].assumptions}); "
+        f"nearest: {nearest[0].direction} {nearest[0].impulse:.2f} N s ({nearest[0].words}); "
         f"with d = d_nom required: {strict[0].direction} {strict[0].impulse:.2f} N s "
-        f"({strict[0].assumptions})",
+        f"({strict[0].words})",
         UNDER_ASSUMPTIONS if near else NOT_REPRODUCED,
         f"the paper states no assumptions, so all {len(limits)} limits of the table were searched. "
         f"One set comes nearest to both numbers at once: {both}: +x {x:.2f}, +y {y:.2f}, "
@@ -199,24 +228,6 @@ def limits_table(rows: Sequence[OneStepLimit]) -> Table:
 
 def _impulse_words(impulse: float) -> str:
     return f"over {LARGEST_IMPULSE:g}" if math.isinf(impulse) else f"{impulse:.2f}"
-
-
-@cache
-def _scan(direction: str) -> tuple[Push, ...]:
-    count = math.floor(LARGEST_IMPULSE / IMPULSE_STEP) + 1
-    return tuple(
-        Push.of_impulse(impulse, AXES[direction], PUSH_DELAY, PUSH_DURATION)
-        for impulse in (IMPULSE_STEP * np.arange(count)).tolist()
-    )
-
-
-def _controller(
-    robot: Robot, hip: float, speed: float, weight: tuple[float, float], penalty: float
-) -> HybridController:
-    varied = robot.replace(hip=hip).with_leg(max_speed=speed)
-    return HybridController(
-        varied, VELOCITY, tau_weight=1.0, offset_weight=weight, offset_penalty=penalty
-    )
 
 
 def _largest(absorbed: NDArray[np.bool_], adapted: NDArray[np.bool_]) -> float:

@@ -1,142 +1,114 @@
-"""What [OnlineGait] states: the walks that it shows, as it describes them, and its claims.
-
-What the paper leaves out is named here.
-"""
+"""What is asked of [OnlineGait]: its claims, what one step absorbs, and its pushes on a body."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+from itertools import product
+from typing import ClassVar
 
-import numpy as np
-from numpy.typing import NDArray
-
-from surefoot.control.hybrid import HybridController
-from surefoot.control.tracking import DcmTracking
-from surefoot.dcm.pushes import Push
-from surefoot.interface import Command, Controller
-from surefoot.robot.feet import Side
-from surefoot.robot.robot import Robot
-from surefoot.rollout.rollout import Rollout
-from surefoot.worlds.point.plant import LipmSimulator
-from surefoot.worlds.point.simulate import simulate
-
-REPRODUCED = "reproduced"
-UNDER_ASSUMPTIONS = "reproduced under stated assumptions"
-NOT_REPRODUCED = "not reproduced"
-"""Verdicts."""
-
-VELOCITY = (0.5, 0.0)
-"""Of every walk but the second of Fig. 4 [m/s]."""
-
-SECOND_VELOCITY = (1.0, 0.1)
-"""Of the second walk of Fig. 4; the paper does not print its two velocities [m/s]."""
-
-DOUBLE_SUPPORT = 0.2
-"""Fraction of the step; the paper does not print it [-]."""
-
-SMALL_FORCE = (8.0, 5.0)
-"""The small constant push of Figs. 9 and 10; the paper does not print it [N]."""
-
-SMALL_OFFSET_WEIGHT = (100.0, 100.0)
-"""The smaller weight on d of Figs. 11 and 12; the paper does not print it [1/m^2]."""
-
-FIG_5_PUSH = Push(0.5, 0.8, (40.0, 0.0))
-FIG_8_PUSH = Push(1.0, 0.2, (142.0, 0.0))
-FIG_9_PUSH = Push(1.1, 0.2, (176.0, 0.0))
-FIG_11_PUSH = Push(1.1, 0.2, (411.6, 0.0))
-HEADLINE_PUSH = Push(1.1, 0.2, (425.0, 0.0))
-REPLAY_PUSH = Push(1.0, 0.1, (1.0, 0.0))
-"""The small push under which the open-loop replay is told apart from numerical noise."""
-
-AXES = {"+x": (1.0, 0.0), "-x": (-1.0, 0.0), "+y": (0.0, 1.0), "-y": (0.0, -1.0)}
-"""Directions of pushes as the paper names them; forward is +x, the left +y."""
-
-REPLAY_DURATION = 20.0
-"""How long the plan is replayed at most [s]."""
+from surefoot.studies.engine.study import Study
+from surefoot.studies.engine.table import Row
+from surefoot.studies.reproduce.body import (
+    DRAWN,
+    METHODS,
+    PAPER_PUSHES,
+    PaperPush,
+    body_answer,
+    body_claim,
+    step_rows,
+)
+from surefoot.studies.reproduce.measure import CLAIMS
+from surefoot.studies.reproduce.one_step import (
+    Assumptions,
+    OneStepLimit,
+    every_assumption,
+    one_step_impulse,
+)
 
 
 @dataclass(frozen=True)
-class Claim:
-    """One statement of the paper and what became of it.
+class OneStep(Study):
+    """How large a push one step absorbs, under every set of assumptions that the paper leaves
+    open."""
+
+    NAME: ClassVar = "one_step"
+
+    def cells(self) -> Iterator[Assumptions]:
+        """See `Study`."""
+        return every_assumption()
+
+    def measure(self, cell: Assumptions) -> Row:
+        """See `Study`."""
+        return {"impulse": one_step_impulse(self.robot, cell)}
+
+    def at_once(self) -> int:
+        """Those that differ in what counts as absorbed: they have the same landings."""
+        return 4
+
+
+@dataclass(frozen=True)
+class ClaimCell:
+    """One claim: a key of `measure.CLAIMS`."""
+
+    name: str
+
+
+@dataclass(frozen=True)
+class Paper(Study):
+    """What the paper claims of its point mass; 70 kg is the mass of its abstract.
 
     Attributes:
-        figure: where the paper makes it.
-        text: the situation.
-        paper: what the paper reports.
-        ours: what is measured.
-        verdict: `REPRODUCED`, `UNDER_ASSUMPTIONS` or `NOT_REPRODUCED`.
-        why: the assumptions, or the reason for a difference.
+        limits: of one step, as `OneStep` measured them.
     """
 
-    figure: str
-    text: str
-    paper: str
-    ours: str
-    verdict: str
-    why: str
+    limits: tuple[OneStepLimit, ...]
+
+    NAME: ClassVar = "paper"
+
+    def cells(self) -> Iterator[ClaimCell]:
+        """See `Study`."""
+        return map(ClaimCell, CLAIMS)
+
+    def measure(self, cell: ClaimCell) -> Row:
+        """A `Claim`, by the names of its fields."""
+        return asdict(CLAIMS[cell.name](self.robot, self.limits))
 
 
-def paper_rollouts(robot: Robot) -> dict[str, Rollout]:
-    """Every walk of the paper's figures, by the name of its figure.
+@dataclass(frozen=True)
+class BodyCell:
+    """One push on a body, and the key of the method that answers it."""
 
-    Args:
-        robot: the paper's, with the mass that is to be pushed.
-    """
-    tracking = DcmTracking(robot, VELOCITY, project_zmp=False, double_support=DOUBLE_SUPPORT)
-    projected = DcmTracking(robot, VELOCITY, double_support=DOUBLE_SUPPORT)
-    hybrid = HybridController(robot, VELOCITY)
-    lighter = HybridController(robot, VELOCITY, offset_weight=SMALL_OFFSET_WEIGHT)
-    second = DcmTracking(robot, SECOND_VELOCITY, project_zmp=False, double_support=DOUBLE_SUPPORT)
-    small = Push(0.0, math.inf, SMALL_FORCE)
-    walks: list[tuple[str, Controller, float, Sequence[Push]]] = [
-        ("fig-4a", tracking, 4.0, ()),
-        ("fig-4b", second, 4.0, ()),
-        ("fig-5", tracking, 4.0, (FIG_5_PUSH,)),
-        ("fig-8", tracking, 4.0, (FIG_8_PUSH,)),
-        ("fig-8-projected", projected, 4.0, (FIG_8_PUSH,)),
-        ("fig-9", hybrid, 4.0, (FIG_9_PUSH, small)),
-        ("fig-9-without-small-pushes", hybrid, 4.0, (FIG_9_PUSH,)),
-        ("fig-11", lighter, 6.0, (FIG_11_PUSH,)),
-        ("headline", hybrid, 9.3, (HEADLINE_PUSH,)),
-    ]
-    return {
-        name: simulate(controller, duration, pushes) for name, controller, duration, pushes in walks
-    }
+    method: str
+    push: PaperPush
 
 
-def replay_fall(robot: Robot, double_support: float, pushes: Sequence[Push] = ()) -> float:
-    """How long the robot stands when the planned ZMP is replayed without feedback.
+@dataclass(frozen=True)
+class PaperOnBody(Study):
+    """The paper's pushes on its robot in physics."""
 
-    The plan is that of an undisturbed walk: zmp_plan = zmp - (1 + K_f / omega) (dcm - dcm_plan),
-    the tracking law without its feedback.
+    NAME: ClassVar = "paper_body"
+    LIBRARIES: ClassVar = ("numpy", "numba", "mujoco", "daqp")
 
-    Args:
-        robot: that walks.
-        double_support: fraction of the step; without it the ZMP rests between touchdowns, so that
-            holding it for a control period is exact.
-        pushes: forces on the CoM.
+    def cells(self) -> Iterator[BodyCell]:
+        """See `Study`."""
+        return (BodyCell(*one) for one in product(METHODS, PAPER_PUSHES))
 
-    Returns:
-        Time of the fall, inf if there is none within `REPLAY_DURATION` [s].
-    """
-    controller = DcmTracking(robot, VELOCITY, project_zmp=False, double_support=double_support)
-    plan = simulate(controller, REPLAY_DURATION)
-    gain = float(controller.parameters["zmp_gain"][0])
-    commands = plan.commands.copy()
-    commands["zmp"] = _planned_zmp(plan, gain)
-    simulator = LipmSimulator(robot, controller.period, pushes)
-    world = simulator.start(controller.gait.observation(Side.RIGHT))
-    for index in range(len(commands) - 1):
-        observation, world = simulator.step(world, Command.of(commands[index : index + 1]))
-        if world["fallen"][0]:
-            return float(observation.time)
-    return math.inf
+    def columns(self, cell: BodyCell) -> Row:
+        """See `Study`."""
+        return {
+            "method": cell.method,
+            "impulse": cell.push.impulse,
+            "direction": cell.push.direction,
+        }
 
-
-def _planned_zmp(plan: Rollout, gain: float) -> NDArray[np.float64]:
-    zmp = plan.zmp - gain * plan.dcm_error
-    single = plan.commands["double_support"] == 0
-    # Outside transitions the plan rests at the centre of the foot, to the last bit.
-    return np.where(single[:, None], plan.support_foot, zmp)
+    def measure(self, cell: BodyCell) -> Row:
+        """A `Claim`, by the names of its fields; what was walked on and with; the steps of a walk
+        that is drawn."""
+        answer = body_answer(self.robot, cell.method, cell.push)
+        drawn = tuple(self.columns(cell).values()) in DRAWN
+        return asdict(body_claim(answer)) | {
+            "surroundings": answer.rollout.body.surroundings if answer.rollout.body else "",
+            "parameters": answer.rollout.controller_parameters,
+            "steps": step_rows(answer) if drawn else [],
+        }

@@ -47,8 +47,9 @@ def sweep(
     check_plotting()
     from surefoot.checks import check_writable
     from surefoot.errors import ParameterError
+    from surefoot.show.picture_file import FORMATS
     from surefoot.studies.engine.workers import Cluster
-    from surefoot.studies.sweep.columns import quantity_name
+    from surefoot.studies.sweep.axes import quantity_name
     from surefoot.studies.sweep.pictures import draw_sweep
     from surefoot.studies.sweep.show import as_numbers, report
     from surefoot.studies.sweep.study_file import load_study
@@ -56,7 +57,7 @@ def sweep(
     asked = load_study(study)
     folder = out or Path(study.stem)
     if plot is not None:
-        check_writable(plot, (".png", ".pdf", ".svg"))
+        check_writable(plot, FORMATS)
         quantity_name(asked.measures, quantity)
     elif quantity is not None:
         raise ParameterError("--plot with --quantity", "no --plot", "give --plot FILE.png")

@@ -5,16 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 from surefoot.dcm.push_limit import push_limit
 from surefoot.errors import SurefootError
 from surefoot.robot.feet import Side
-from surefoot.robot.robot import Robot
 from surefoot.rollout.outcome import recovery_time
-from surefoot.studies.engine.cells import Row
 from surefoot.studies.engine.scan import LARGEST_BEYOND, LARGEST_SHARE, smallest_failing_push
+from surefoot.studies.engine.table import Row
 from surefoot.studies.sweep.parameters import Situation, situation
 from surefoot.worlds.point.batch import simulate_batch
 from surefoot.worlds.point.walks import Walks
@@ -139,19 +137,20 @@ def _walks(situations: Sequence[Situation], disturbed: bool) -> list[dict[str, A
 
 
 def _limit(step: float, one: Situation) -> dict[str, Any]:
-    limit = _push_limit(
+    limit = push_limit(
         one.plant,
         one.direction(),
-        one.controller.gait.velocity,
-        one.push["phase"] * one.controller.gait.step_duration,
-        one.push["duration"],
-        one.support_side,
-    )
+        velocity=one.controller.gait.velocity,
+        elapsed=one.elapsed,
+        duration=one.push.duration,
+        support_side=one.support_side,
+        zmp_reach=one.plant.foot.half,
+    ).impulse
     found = smallest_failing_push(
         one.controller,
         one.direction(),
         start=one.start(),
-        duration=one.push["duration"],
+        duration=one.push.duration,
         step=step,
         largest=LARGEST_SHARE * limit + LARGEST_BEYOND,
         first_support=Side.RIGHT,
@@ -168,23 +167,3 @@ def _limit(step: float, one: Situation) -> dict[str, Any]:
         "limit": limit,
         "share": found.survived / limit if limit > 0.0 else math.nan,
     }
-
-
-@lru_cache(maxsize=4096)
-def _push_limit(
-    plant: Robot,
-    direction: tuple[float, float],
-    velocity: tuple[float, float],
-    elapsed: float,
-    duration: float,
-    side: Side,
-) -> float:
-    return push_limit(
-        plant,
-        direction,
-        velocity=velocity,
-        elapsed=elapsed,
-        duration=duration,
-        support_side=side,
-        zmp_reach=plant.foot.half,
-    ).impulse

@@ -18,8 +18,8 @@ from surefoot.checks import optional_module
 from surefoot.control.registry import find_method
 from surefoot.errors import RobotError, VelocityError
 from surefoot.interface import Controller
-from surefoot.studies.engine.cells import Row
 from surefoot.studies.engine.study import Study
+from surefoot.studies.engine.table import Row
 from surefoot.studies.sweep.measure import FAILED, empty_row, measure_cells
 from surefoot.studies.sweep.parameters import parameter, situation
 

@@ -6,18 +6,18 @@ import math
 from collections import Counter
 from typing import Any
 
-from surefoot.studies.engine.cells import without_infinity
 from surefoot.studies.engine.report import Details, Figure, Report, Table, Text, word_table
 from surefoot.studies.engine.study import Measured
-from surefoot.studies.sweep.columns import quantity_name
+from surefoot.studies.engine.table import without_infinity
+from surefoot.studies.sweep.axes import quantity_name
 from surefoot.studies.sweep.measure import RESULTS
 from surefoot.studies.sweep.pictures import sweep_figure
 from surefoot.studies.sweep.question import Sweep
 
-MOST_ROWS = 40
+MAX_ROWS = 40
 """A table that is longer is for a file."""
 
-MOST_ERRORS = 4
+MAX_ERRORS = 4
 """So many reasons why cells have no result are shown, the frequent ones first."""
 
 
@@ -33,7 +33,7 @@ def report(measured: Measured[Sweep], name: str | None = None) -> Report:
     counts = Counter(row["outcome"] for row in rows)
     words = ", ".join(f"{count} {outcome}" for outcome, count in counts.most_common())
     errors = Counter(row["error"] for row in rows if row["error"] is not None)
-    reasons = [f"{count} x {error}" for error, count in errors.most_common(MOST_ERRORS)]
+    reasons = [f"{count} x {error}" for error, count in errors.most_common(MAX_ERRORS)]
     about = measured.provenance
     return Report(
         name=study.NAME,
@@ -42,7 +42,7 @@ def report(measured: Measured[Sweep], name: str | None = None) -> Report:
         parts=[
             Text(f"{len(rows)} cells: {words}"),
             *map(Text, reasons),
-            *([_cell_table(measured)] if len(rows) <= MOST_ROWS else []),
+            *([_cell_table(measured)] if len(rows) <= MAX_ROWS else []),
             Figure(
                 f"{study.NAME}.png",
                 f"{drawn[:1].upper()}{drawn[1:]}, over {', '.join(study.vary)}",

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from surefoot.errors import ParameterError
-from surefoot.studies.tune.trials import Tried, pareto_front
 
 NOTICEABLE_SURVIVAL, NOTICEABLE_GENTLENESS = 0.005, 0.01
 """A smaller difference is no reason to change a parameter [-]."""
 
 Objectives = tuple[float, float]
-"""Survival and gentleness."""
+"""Survival, which is to be large, and gentleness, which is to be small."""
 
 Values = Mapping[str, float]
 
@@ -25,6 +25,34 @@ PREFERENCES: Mapping[str, Callable[[Objectives], tuple[float, float]]] = {
     "balance": lambda of: (of[0] / of[1] if of[1] > 0.0 else float("inf"), of[0]),
 }
 """What is to be largest, by name: of those that are no worse than the default in either."""
+
+
+@dataclass(frozen=True)
+class Tried:
+    """One finished trial.
+
+    Attributes:
+        number: 0 is the default.
+        values: of the parameters.
+        objectives: what came out, or None if the controller refused the values.
+        told: what else was measured, or why the values were refused.
+    """
+
+    number: int
+    values: dict[str, float]
+    objectives: Objectives | None
+    told: dict[str, Any]
+
+    @property
+    def reached(self) -> Objectives:
+        """The objectives of a trial whose values were not refused.
+
+        Raises:
+            ParameterError: they were.
+        """
+        if self.objectives is None:
+            raise ParameterError("a trial that was measured", repr(self), "measure it first")
+        return self.objectives
 
 
 @dataclass(frozen=True)
@@ -45,16 +73,16 @@ class Reason:
     without: Objectives | None
 
 
-def check_preference(prefer: str) -> None:
-    """Refuse a preference that there is not.
-
-    Raises:
-        ParameterError: no such preference.
-    """
-    if prefer not in PREFERENCES:
-        raise ParameterError(
-            f"a preference ({', '.join(PREFERENCES)})", repr(prefer), "choose one of these"
+def pareto_front(trials: Sequence[Tried]) -> list[Tried]:
+    """The trials that no other one dominates by being as good in both and better in one."""
+    good = [one for one in trials if one.objectives is not None]
+    return [
+        one
+        for one in good
+        if not any(
+            other.reached != one.reached and no_worse(other.reached, one.reached) for other in good
         )
+    ]
 
 
 def choose(trials: Sequence[Tried], prefer: str = "survival") -> Tried:
@@ -63,16 +91,10 @@ def choose(trials: Sequence[Tried], prefer: str = "survival") -> Tried:
     Args:
         trials: the first is the default.
         prefer: a key of `PREFERENCES`.
-
-    Raises:
-        ParameterError: no such preference.
     """
-    check_preference(prefer)
-    default = _objectives(trials[0])
-    rank = PREFERENCES[prefer]
-    able = [one for one in pareto_front(trials) if no_worse(_objectives(one), default)]
+    able = [one for one in pareto_front(trials) if no_worse(one.reached, trials[0].reached)]
     # Of equals the first: the default, if it is among them.
-    return max(able, key=lambda one: rank(_objectives(one)), default=trials[0])
+    return max(able, key=lambda one: PREFERENCES[prefer](one.reached), default=trials[0])
 
 
 def no_worse(one: Objectives | None, other: Objectives, spare: Objectives = (0.0, 0.0)) -> bool:
@@ -95,7 +117,7 @@ def simplest(
         default: survival and gentleness of these, which must not become worse.
         attempt: measures values.
     """
-    best, values = _objectives(chosen), dict(chosen.values)
+    best, values = chosen.reached, dict(chosen.values)
     spare = (NOTICEABLE_SURVIVAL, NOTICEABLE_GENTLENESS)
 
     def lost(name: str) -> float:
@@ -124,9 +146,3 @@ def reasons(values: Values, defaults: Values, attempt: Try) -> list[Reason]:
         for name, value in values.items()
         if value != defaults[name]
     ]
-
-
-def _objectives(one: Tried) -> Objectives:
-    if one.objectives is None:
-        raise ParameterError("a trial that was measured", repr(one), "measure it first")
-    return one.objectives

@@ -23,9 +23,10 @@ from surefoot.studies.engine.command import (
     stopped_by_ctrl_c,
     velocity_option,
 )
+from surefoot.studies.tune.choice import PREFERENCES
 
 if TYPE_CHECKING:
-    from surefoot.studies.tune.question import Question
+    from surefoot.studies.tune.question import Tuning
 
 USUAL_LEG_SPEED = 3.0
 """Of a robot whose file names no limit [m/s]."""
@@ -35,10 +36,6 @@ QUICK_PHASES, QUICK_STEP = 1, 0.1
 
 SETTINGS = "tuned.toml"
 """Name of the file of settings."""
-
-PREFERENCES = ("survival", "gentleness", "balance")
-"""The keys of `studies.tune.choice`, here too so that `--help` need not load them; a test
-compares."""
 
 
 @click.command()
@@ -62,7 +59,7 @@ compares."""
     help="Search this parameter, within this range; may be repeated. All usual ones if left out.",
 )  # fmt: skip
 @click.option(
-    "--prefer", type=click.Choice(PREFERENCES), default="survival", show_default=True,
+    "--prefer", type=click.Choice(list(PREFERENCES)), default="survival", show_default=True,
     help="What to take of what is no worse than the default.",
 )  # fmt: skip
 @click.option("--directions", type=int, default=4, show_default=True, help="Evenly around.")
@@ -95,38 +92,34 @@ def tune(
     check_plotting()
     from surefoot.checks import optional_module
     from surefoot.robot.robot import load_robot
-    from surefoot.studies.tune.question import Question
+    from surefoot.studies.tune.question import Tuning
 
     optional_module("optuna", "tuning", "tune")
     body = load_robot(robot)
     if leg_speed is None and math.isinf(body.swing.max_speed):
         leg_speed = USUAL_LEG_SPEED
-    body = body.with_leg(max_speed=leg_speed)
     with compiling_notice():
-        question = Question(
-            body, velocity, controller, knobs, directions,
+        question = Tuning(
+            body.with_leg(max_speed=leg_speed), velocity, controller, knobs, directions,
             QUICK_PHASES if quick and not given("phases") else phases,
             QUICK_STEP if quick and not given("step") else step,
-            seed,
+            seed, trials, prefer, workers,
         )  # fmt: skip
     walk = f"surefoot walk --robot {shlex.quote(robot)} --velocity {velocity[0]:g} {velocity[1]:g}"
     if leg_speed is not None:
         walk += f" --leg-speed {leg_speed:g}"
     walk += f" --settings {shlex.quote(str(out / SETTINGS))}"
-    _tune(question, out, trials, prefer, workers, walk, as_json)
+    _tune(question, out, walk, as_json)
 
 
-def _tune(
-    question: Question, out: Path, trials: int, prefer: str, workers: int | None, walk: str,
-    as_json: bool,
-) -> None:  # fmt: skip
+def _tune(question: Tuning, out: Path, walk: str, as_json: bool) -> None:
     from surefoot.control.settings import settings_text
     from surefoot.studies.engine.report import write_files
     from surefoot.studies.tune.search import tune as search
     from surefoot.studies.tune.show import report, settings_notes
 
     with stopped_by_ctrl_c(out), progress_bar("tuning") as progress:
-        tuned = search(question, out, trials, prefer=prefer, workers=workers, report=progress)
+        tuned = search(question, out, report=progress)
     settings = settings_text(tuned.settings, settings_notes(tuned, walk))
     (path,) = write_files({SETTINGS: settings.encode()}, out)
     end(report(tuned, walk), out, tuned.as_numbers, as_json=as_json, kept=f"settings: {path}")

@@ -19,7 +19,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -27,15 +27,12 @@ from surefoot.dcm.nominal_gait import NominalGait
 from surefoot.interface import Controller
 from surefoot.robot.feet import Side
 from surefoot.robot.robot import Robot
-from surefoot.studies.engine.push_answer import Answer, answer
-from surefoot.studies.engine.pushed_walk import PUSHED_SIDE, PushCell, PushedWalk
+from surefoot.studies.engine.pushed_walk import PUSHED_SIDE, Answer, PushCell, PushedWalk, answer
 from surefoot.studies.engine.scan import LARGEST_SHARE, smallest_failing_push
 
 STEP_WEIGHT = 10.0
 """Of the shares of landing and timing against that of the ZMP [-]. A ZMP that stays under the sole
 costs little; if all counted alike, the gentlest would step aside at every touch."""
-
-SIDES = (Side.LEFT, Side.RIGHT)
 
 
 @dataclass(frozen=True)
@@ -73,10 +70,6 @@ class Score:
     def gentleness(self, default: Score) -> float:
         """How much a small push moves, over how much it moves with the default [-]."""
         return self.effort / default.effort
-
-    def as_numbers(self) -> dict[str, float]:
-        """As plain values."""
-        return asdict(self)
 
 
 def score(
@@ -154,7 +147,7 @@ def farthest_landing(robot: Robot, gait: NominalGait) -> float:
     """From a nominal step to the farthest corner of its box [m]."""
     return max(
         math.hypot(x - gait.step(side)[0], y - gait.step(side)[1])
-        for side in SIDES
+        for side in Side
         for low, high in [robot.gait.step_box(side, robot.hip)]
         for x in (low[0], high[0])
         for y in (low[1], high[1])

@@ -1,32 +1,48 @@
 """Find weights and gains of a control method for a robot: by the pushes that it survives, and by
 how gently it answers small ones. Then say what was changed, why, and whether it holds elsewhere.
+
+What is tried next is drawn by a multivariate tree-structured Parzen estimator [Bergstra2011] with a
+seed of its own, made of that of the search and the number of trials that are finished. So it
+depends on these alone: a search that was killed draws the same values again, and finds their rows.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass, field
+import warnings
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from surefoot.checks import optional_module
 from surefoot.control.settings import Settings
-from surefoot.errors import ParameterError, StudyError, SurefootError
-from surefoot.studies.engine.study import made_with
-from surefoot.studies.engine.table import claim_folder
+from surefoot.errors import StudyError
+from surefoot.studies.engine.study import OneByOne
+from surefoot.studies.engine.table import Row
+from surefoot.studies.engine.workers import Progress
 from surefoot.studies.tune.choice import (
     Objectives,
     Reason,
-    check_preference,
+    Tried,
     choose,
+    pareto_front,
     reasons,
     simplest,
 )
 from surefoot.studies.tune.measure import Score
-from surefoot.studies.tune.question import Question
-from surefoot.studies.tune.trials import REFUSED, Trials, Tried, pareto_front
+from surefoot.studies.tune.question import REFUSED, Tuning
 
-Report = Callable[[int, int], None]
+DIGITS = 3
+"""A value that is tried is rounded to these digits: it is to be read and copied."""
+
+RANDOM_TRIALS = 10
+"""So many are drawn at random, after the default, before the search learns from them."""
+
+Ask = Callable[[Mapping[str, float]], Row]
+"""Makes of values of the parameters their row on the pushes of the search; see `Tuning.measure`."""
 
 
 @dataclass(frozen=True)
@@ -35,7 +51,7 @@ class Tuned:
 
     Attributes:
         settings: the method with what was changed for good.
-        trials: all that were finished; the first is the default.
+        trials: all of them; the first is the default.
         front: numbers of those on the Pareto front.
         chosen: number of the one that was taken.
         dropped: parameters that it had changed, but that make no noticeable difference.
@@ -64,8 +80,7 @@ class Tuned:
 
     def front_points(self) -> list[tuple[Tried, Objectives]]:
         """The trials of the front with what they reached, the gentlest first."""
-        points = self.points()
-        found = [(one, points[one.number]) for one in self.trials if one.number in self.front]
+        found = [(one, one.reached) for one in self.trials if one.number in self.front]
         return sorted(found, key=lambda one: one[1][1])
 
     @property
@@ -94,7 +109,7 @@ class Tuned:
             "dropped": self.dropped,
             "scores": {
                 which: {
-                    where: found.as_numbers() | {"gentleness": self.objectives(which, where)[1]}
+                    where: asdict(found) | {"gentleness": self.objectives(which, where)[1]}
                     for where, found in both.items()
                 }
                 for which, both in self.scores.items()
@@ -106,141 +121,143 @@ class Tuned:
         }
 
 
-def tune(
-    question: Question,
-    folder: Path,
-    trials: int,
-    *,
-    prefer: str = "survival",
-    workers: int | None = None,
-    report: Report | None = None,
-) -> Tuned:
+def tune(question: Tuning, folder: Path, *, report: Progress | None = None) -> Tuned:
     """Search, choose, simplify, and check on pushes that the search did not see.
 
     Args:
         question: what is tuned.
         folder: keeps everything that was measured; a search that was stopped goes on there.
-        trials: how many there are to be, with those that are there already.
-        prefer: what to take of the front: "survival", "gentleness" or "balance".
-        workers: threads, all cores if None; their number changes nothing.
-        report: called with how many measurements are done, and about how many there are to be:
-            trials, and what comes after them.
+        report: called with how many measurements are done, and about how many there are to be.
 
     Raises:
-        ParameterError: less than one trial, or no such preference.
         FileError: the folder cannot be written to, or is that of another question.
-        StudyError: the default does nothing about a small push, or another process is at work.
-        MissingExtraError: Optuna is not installed.
+        StudyError: the default does nothing about a small push.
+        MissingExtraError: Optuna or polars is not installed.
     """
-    if isinstance(trials, bool) or not isinstance(trials, int) or trials < 1:
-        raise ParameterError("`trials` of at least 1", repr(trials), "100 is usual")
-    defaults = question.start
-    # Before the folder is claimed, so that a mistake leaves nothing behind.
-    check_preference(prefer)
+    # Before the folder is begun, so that nothing is left behind.
     optional_module("optuna", "tuning", "tune")
-    claim_folder(folder, question.common())
-    search = Trials(folder, question.parameters, defaults, question.seed)
-    measured = _Measured(question, search, workers, report)
-    if measured.default.effort <= 0.0:
+    asked, defaults = _Asked(OneByOne(question, folder), report), question.start
+    default = _score(asked(defaults))
+    if default.effort <= 0.0:
         raise StudyError(
             "a default that answers a small push, to compare with",
             f"{question.method}, which does nothing about {question.impulse:g} N s",
             "choose another controller",
         )
-    found = search.go_on(measured.trial, trials, measured.tell_trials)
-    taken = choose(found, prefer)
-    measured.begin_checks(len(found))
-    values = simplest(taken, defaults, measured.of(measured.default), measured.objectives)
+
+    def attempt(values: Mapping[str, float]) -> Objectives | None:
+        return _objectives(asked(values), default)
+
+    trials = search(question, asked)
+    taken = choose(trials, question.prefer)
+    values = simplest(taken, defaults, trials[0].reached, attempt)
     scores = {
-        which: {where: measured.score(of, where) for where in ("seen", "unseen")}
+        which: {pushes: _score(asked(of, pushes)) for pushes in question.pushes}
         for which, of in (("default", defaults), ("tuned", values))
     }
-    why = reasons(values, defaults, measured.objectives)
-    measured.end_checks()
+    why = reasons(values, defaults, attempt)
+    if report is not None:
+        report(asked.done, asked.done)
     return Tuned(
         settings=Settings(question.method, question.settings(values)),
-        trials=found,
-        front=[one.number for one in pareto_front(found)],
+        trials=trials,
+        front=[one.number for one in pareto_front(trials)],
         chosen=taken.number,
         dropped=[name for name, value in taken.values.items() if value != values[name]],
         reasons=why,
         scores=scores,
-        provenance={
-            **question.provenance(),
-            "trials": f"{len(found)}",
-            "seed": f"{question.seed}",
-            "preferred": prefer,
-            **made_with("numpy", "numba", "optuna"),
-        },
+        provenance=asked.rows.finished().provenance,
     )
 
 
 @dataclass
-class _Measured:
-    """What is measured in a search and after it; nothing is measured twice."""
+class _Asked:
+    """The rows of a search, and how many were asked for."""
 
-    question: Question
-    search: Trials
-    workers: int | None
-    report: Report | None
-    default: Score = field(init=False)
+    rows: OneByOne[Tuning]
+    report: Progress | None
     done: int = 0
-    expected: int | None = None
 
-    def __post_init__(self) -> None:
-        self.default = self.score(self.question.start, "seen")
-
-    def of(self, found: Score) -> Objectives:
-        return (found.survival, found.gentleness(self.default))
-
-    def trial(self, values: dict[str, float]) -> tuple[Objectives | None, dict[str, Any]]:
-        """One trial; that of the default is known."""
-        try:
-            if not self.question.settings(values):
-                found = self.default
-            else:
-                found = self.question.measure(values, self.question.seen, self.workers)
-        except SurefootError as error:
-            return None, {REFUSED: str(error)}
-        return self.of(found), found.as_numbers()
-
-    def objectives(self, values: Mapping[str, float]) -> Objectives | None:
-        """On the pushes of the search; None if the controller refuses the values."""
-        found = self._remembered(values, "seen")
-        return None if REFUSED in found else self.of(Score(**found))
-
-    def score(self, values: Mapping[str, float], where: str) -> Score:
-        """Of values that the controller does not refuse."""
-        return Score(**self._remembered(values, where))
-
-    def tell_trials(self, done: int, trials: int) -> None:
-        """So many trials are finished; afterwards each parameter is set back, some twice."""
-        self.done = done
-        self._tell(trials + 2 * len(self.question.parameters))
-
-    def begin_checks(self, done: int) -> None:
-        """From here on every measurement is reported."""
-        self.done, self.expected = done, done + 2 * len(self.question.parameters)
-
-    def end_checks(self) -> None:
-        """All is measured, sooner or later than expected."""
-        self._tell(self.done)
-
-    def _remembered(self, values: Mapping[str, float], where: str) -> dict[str, Any]:
-        cells = self.question.seen if where == "seen" else self.question.unseen
-
-        def measure() -> dict[str, Any]:
-            try:
-                return self.question.measure(values, cells, self.workers).as_numbers()
-            except SurefootError as error:
-                return {REFUSED: str(error)}
-
-        found = self.search.remembered({"where": where, "values": dict(values)}, measure)
-        if self.expected is not None:
-            self.done += 1
-            self._tell(max(self.done, self.expected))
-        return found
-
-    def _tell(self, expected: int) -> None:
+    def __call__(self, values: Mapping[str, float], pushes: str = "seen") -> Row:
+        question = self.rows.study
+        row = self.rows.row(question.cell(values, pushes))
+        self.done += 1
         if self.report is not None:
-            self.report(self.done, expected)
+            # After the trials each parameter is set back, some twice.
+            expected = question.trials + 2 * len(question.parameters)
+            self.report(self.done, max(self.done, expected))
+        return row
+
+
+def _score(row: Row) -> Score:
+    return Score(**{one.name: row[one.name] for one in fields(Score)})
+
+
+def _objectives(row: Row, default: Score) -> Objectives | None:
+    """Survival and gentleness; None if the controller refused the values."""
+    if row[REFUSED] is not None:
+        return None
+    found = _score(row)
+    return found.survival, found.gentleness(default)
+
+
+def search(question: Tuning, ask: Ask) -> list[Tried]:
+    """Try values of the parameters: the default, some at random, then what promises most.
+
+    Args:
+        question: says what is searched, and how often.
+        ask: measures the values of one trial.
+
+    Raises:
+        MissingExtraError: Optuna is not installed.
+    """
+    optuna = optional_module("optuna", "tuning", "tune")
+    optuna.logging.set_verbosity(optuna.logging.WARNING)
+    study, state = optuna.create_study(directions=["maximize", "minimize"]), optuna.trial.TrialState
+    ranges = {
+        one.name: optuna.distributions.FloatDistribution(one.low, one.high, log=one.log)
+        for one in question.parameters
+    }
+    # The default is tried first, as it is, whatever its digits.
+    study.enqueue_trial(question.start)
+    found, default = [], None
+    for number in range(question.trials):
+        with _quiet():
+            study.sampler = _sampler(optuna, question.seed, number)
+            trial = study.ask(ranges)
+        values = _readable(question, trial.params)
+        row = ask(values)
+        default = default or _score(row)
+        reached = _objectives(row, default)
+        study.tell(trial, reached, state=state.FAIL if reached is None else state.COMPLETE)
+        told = {REFUSED: row[REFUSED]} if reached is None else asdict(_score(row))
+        found.append(Tried(number, values, reached, told))
+    return found
+
+
+def _readable(question: Tuning, drawn: Mapping[str, float]) -> dict[str, float]:
+    """The values that are tried for those that were drawn: rounded, but for a default."""
+    values = {}
+    for one in question.parameters:
+        value = drawn[one.name]
+        if value != question.start[one.name]:
+            value = min(max(float(f"{value:.{DIGITS}g}"), one.low), one.high)
+        values[one.name] = value
+    return values
+
+
+def _sampler(optuna: Any, seed: int, done: int) -> Any:
+    """What draws the next trial, from the finished ones and a seed of its own."""
+    drawn = int(np.random.SeedSequence([seed, done]).generate_state(1)[0])
+    return optuna.samplers.TPESampler(
+        n_startup_trials=RANDOM_TRIALS, multivariate=True, constant_liar=False, seed=drawn
+    )
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Optuna 4 warns that what is used here was new in its version 2."""
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", module="optuna", category=UserWarning)
+        warnings.filterwarnings("ignore", category=FutureWarning)
+        yield

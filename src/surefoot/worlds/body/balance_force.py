@@ -31,23 +31,28 @@ a_d has the tasks.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cache
-from typing import Any, NamedTuple, Self
+from typing import NamedTuple, Self
 
 import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from surefoot.checks import check_number, optional_module
+from surefoot import record
+from surefoot.checks import optional_module
 from surefoot.compiled import entry_point, njit
+from surefoot.control.fields import check_fields, described, documented, setting
 from surefoot.robot.motors import torque_range
 from surefoot.robot.multibody import Multibody
-from surefoot.robot.own_units import OwnUnits
 from surefoot.worlds.body.balance_motion import (
     BALANCE,
     STIFFNESSES,
+    BalanceRobot,
+    BalanceState,
+    BalanceStiffnesses,
+    Plan,
     given_wrenches,
     knee_row,
     leg_dofs,
@@ -55,71 +60,72 @@ from surefoot.worlds.body.balance_motion import (
     nominal_balance,
     plan_motion,
 )
-from surefoot.worlds.body.interface import BODY_REFERENCE, JointCommand
+from surefoot.worlds.body.interface import BODY_REFERENCE, JointCommand, JointMemory
 from surefoot.worlds.body.mechanics import MOTION, Mechanics
-from surefoot.worlds.body.program import Program, believed_ground, motor_limits, squares
+from surefoot.worlds.body.program import (
+    Solver,
+    believed_ground,
+    motor_limits,
+    squares,
+    wrench_rows,
+)
 from surefoot.worlds.body.tasks import (
     FREE,
     GROUND,
-    JOINTS,
+    MOTOR,
     WRENCH,
     WRENCH_ROWS,
+    Program,
+    Sole,
+    Tasks,
     com_rows,
-    filled,
     ground_rows,
-    usual_stiffnesses,
-    wrench_columns,
+    task_stiffnesses,
+    task_weights,
     zmp_rows,
 )
 
-WEIGHTS = np.dtype(
-    [
-        ("zmp", "f8"),
-        ("com", "f8"),
-        ("height", "f8"),
-        ("moment", "f8"),
-        ("moment_yaw", "f8"),
-        ("wrench", "f8"),
-    ]
-)
-"""On squared errors: of the ZMP [m^-2], of the CoM's acceleration and its height's [(m/s^2)^-2], of
-the moment about the CoM, to the sides and about the vertical [(N m)^-2]; and on the squared
-wrench, in parts of the weight [-]."""
 
-_OWN_WEIGHTS = {
-    "zmp": ("m", 1.0e4),
-    "com": ("m/s^2", 1.0e3),
-    "height": ("m/s^2", 1.0e3),
-    "moment": ("N m/rad", 1.0e4),
-    "moment_yaw": ("N m/rad", 200.0),
-    "wrench": ("-", 1.0e-4),
-}
-"""Of errors in `OwnUnits`: accelerations in g, moments in m g h, the ZMP in heights of the CoM."""
+class BalanceWeights(record.Record):
+    """What the squared error of a task counts, where the error is 1 in `OwnUnits`.
 
-_OWN_TRUNK = 4.88
-"""Stiffness of the trunk in omega^2, 0.4 of that in `inverse_dynamics`: if it is to turn faster
-than the ground lets it, the torques of the legs are those of another motion."""
+    The units are those of the errors.
+    """
+
+    zmp: float = record.field("m", "place of the ZMP", default=1.0e4)
+    com: float = record.field("m/s^2", "acceleration of the CoM", default=1.0e3)
+    height: float = record.field("m/s^2", "likewise, vertical", default=1.0e3)
+    moment: float = record.field("N m", "about the CoM, roll and pitch", default=1.0e4)
+    moment_yaw: float = record.field("N m", "likewise about the vertical", default=200.0)
+    wrench: float = record.field("-", "any wrench, in parts of the weight", default=1.0e-4)
+
+
+WEIGHTS = BalanceWeights.DTYPE
 
 MAX_TASK_ROWS = 6
 
 
 @njit
-def _task_rows(w, g, ref, m, needed, totals, rows, right):
+def _task_rows(w, g, ref, state, plan, tasks):
     """Write the rows of the ground's tasks; how many there are."""
-    n = totals.shape[1]
-    r, count = 0, ref.stands[0] + ref.stands[1]
+    r, count, m = 0, ref.stands[0] + ref.stands[1], state.motion[0]
+    n, rows, right = WRENCH * count, tasks.rows, tasks.right
     rows[:, :n] = 0.0
     if count == 2:
-        r = com_rows(w, g, ref, m.sole_axes, 0, rows, right, r)
+        r = com_rows(w, g, ref, m.sole_axes, 0, tasks, r)
     else:
         side = 0 if ref.stands[0] == 1 else 1
-        place, axes = m.sole_position[side], m.sole_axes[side]
-        r = zmp_rows(w, g, ref, place, axes, 0, rows, right, r)
+        # No accelerations are unknown: the columns of the wrenches are the first.
+        sole = Sole(
+            state.sole_jacobian[side, :, :0], m.sole_velocity[side], m.sole_drift[side],
+            m.sole_position[side], m.sole_axes[side],
+        )  # fmt: skip
+        r = zmp_rows(w, g, ref, sole, tasks, r)
     for i in range(3):
         root = math.sqrt(w.moment if i < 2 else w.moment_yaw)
         for c in range(n):
-            rows[r, c] = root * totals[3 + i, c]
-        right[r] = root * needed[3 + i]
+            rows[r, c] = root * plan.totals[3 + i, c]
+        right[r] = root * plan.needed[3 + i]
         r += 1
     return r
 
@@ -134,36 +140,27 @@ def _carries(ref, legs, dof):
 
 
 @njit
-def assemble(
-    weights, balance, ground, joints, legs, reference, forces, position, velocity, jacobians,
-    motion, knees, wrenches, totals, needed, rows, right, hessian, slope, matrix, low, high,
-):  # fmt: skip
-    """Write the quadratic program of one cycle.
-
-    Its arrays have the robot's length, which no record holds, and MuJoCo's are read where they lie.
-
-    Args:
-        weights, balance, ground, reference: arrays of one record.
-        joints, legs, position, velocity, jacobians, motion, knees: as in `plan_motion`.
-        forces: M a + h of the planned accelerations.
-        wrenches: J' of the unit wrenches of the soles that carry, written, shape (12, nv).
-        totals, needed: what these give and the body needs about the CoM, written.
-        rows, right: scratch.
-        hessian, slope, matrix, low, high: of the program, written.
-    """
-    w, b, g, ref, m = weights[0], balance[0], ground[0], reference[0], motion[0]
-    needed_wrench(b, m, position, forces, needed)
-    n = given_wrenches(g, ref, m, totals)
-    count = _task_rows(w, g, ref, m, needed, totals[:, :n], rows, right)
-    squares(rows, right, count, n, hessian, slope)
+def assemble(robot, state, reference, plan, tasks, program):
+    """Write the quadratic program of one cycle; the tasks are scratch but for the wrenches."""
+    b, g, ref, m = robot.balance[0], robot.ground[0], reference[0], state.motion[0]
+    forces, wrenches, needed = plan.forces, tasks.wrenches, plan.needed
+    matrix, low, high = program.matrix, program.low, program.high
+    needed_wrench(b, m, state.position, forces, needed)
+    n = given_wrenches(g, ref, m, plan.totals)
+    count = _task_rows(robot.weights[0], g, ref, state, plan, tasks)
+    squares(tasks, count, n, program)
     for i in range(n):
-        hessian[i, i] += w.wrench
+        program.hessian[i, i] += robot.weights[0].wrench
         low[i], high[i] = -FREE, FREE
     matrix[:] = 0.0
     weight, r, first = g.mass * g.gravity, 0, 0
     for side in range(2):
         if ref.stands[side] == 1:
-            wrench_columns(g, m.sole_axes[side], jacobians[side], wrenches, first)
+            sole = Sole(
+                state.sole_jacobian[side], m.sole_velocity[side], m.sole_drift[side],
+                m.sole_position[side], m.sole_axes[side],
+            )  # fmt: skip
+            wrench_rows(g, sole, wrenches[first:])
             first += WRENCH
     for side in range(2):
         roll = b.rolls[side]
@@ -172,52 +169,55 @@ def assemble(
                 matrix[r, c] = wrenches[c, roll] / weight
             low[n + r] = high[n + r] = forces[roll] / weight
             r += 1
-    for j in range(joints.shape[0]):
-        dof = joints[j].dof
-        if _carries(ref, legs, dof):
-            least, most = torque_range(joints[j].torque, velocity[dof], joints[j].speed)
+    for j in range(robot.motors.shape[0]):
+        motor, dof = robot.motors[j], robot.motors[j].dof
+        if _carries(ref, robot.legs, dof):
+            least, most = torque_range(motor.torque, state.velocity[dof], motor.speed)
             for c in range(n):
                 matrix[r, c] = -wrenches[c, dof] / weight
             low[n + r], high[n + r] = (least - forces[dof]) / weight, (most - forces[dof]) / weight
             r += 1
     for side in range(2):
         if ref.stands[side] == 1:
-            knee = knees[side]
-            rest = knee_row(b, g, m, knee, position, needed, totals, matrix[r])
+            knee = plan.knees[side]
+            rest = knee_row(b, g, m, knee, state.position, needed, plan.totals, matrix[r])
             matrix[r] /= g.gravity
             low[n + r], high[n + r] = (knee[7] - rest) / g.gravity, (knee[8] - rest) / g.gravity
             r += 1
-    ground_rows(g, ref.stands[0] + ref.stands[1], 0, n, matrix, low, high, r)
+    ground_rows(g, ref.stands[0] + ref.stands[1], 0, program, r)
 
 
 @njit
-def joint_torques(joints, velocity, forces, wrenches, solution, torque):
+def joint_torques(robot, state, plan, wrenches, solution, torque):
     """Write tau_d - J' f, within what the motors can give."""
-    for j in range(joints.shape[0]):
-        dof = joints[j].dof
-        total = forces[dof]
+    for j in range(robot.motors.shape[0]):
+        motor = robot.motors[j]
+        total = plan.forces[motor.dof]
         for c in range(solution.shape[0]):
-            total -= wrenches[c, dof] * solution[c]
-        least, most = torque_range(joints[j].torque, velocity[dof], joints[j].speed)
+            total -= wrenches[c, motor.dof] * solution[c]
+        least, most = torque_range(motor.torque, state.velocity[motor.dof], motor.speed)
         torque[j] = min(max(total, least), most)
 
 
 @cache
 def _compiled() -> tuple[Callable[..., None], Callable[..., None], Callable[..., None]]:
     vector, matrix, cube = numba.float64[::1], numba.float64[:, ::1], numba.float64[:, :, ::1]
-    table = numba.int64[:, ::1]
+    named = numba.types.NamedTuple
+    weights, stiffness, balance, ground, motors, motion = (
+        numba.types.Array(numba.from_dtype(kind), 1, "C")
+        for kind in (WEIGHTS, STIFFNESSES, BALANCE, GROUND, MOTOR, MOTION)
+    )
+    fixed = (weights, stiffness, balance, ground, motors, numba.int64[:, ::1])
+    robot = named(fixed, BalanceRobot)
+    state = named((vector, vector, cube, motion), BalanceState)
+    plan = named((vector, vector, matrix, vector, matrix), Plan)
+    tasks = named((matrix, vector, matrix, vector), Tasks)
+    program = named((matrix, vector, matrix, vector, vector), Program)
     return (
-        entry_point(
-            plan_motion, STIFFNESSES, BALANCE, GROUND, JOINTS, table, BODY_REFERENCE, vector,
-            vector, cube, MOTION, matrix, vector,
-        ),
-        entry_point(
-            assemble, WEIGHTS, BALANCE, GROUND, JOINTS, table, BODY_REFERENCE, vector, vector,
-            vector, cube, MOTION, matrix, matrix, matrix, vector, matrix, vector,
-            matrix, vector, matrix, vector, vector,
-        ),
-        entry_point(joint_torques, JOINTS, vector, vector, matrix, vector, vector),
-    )  # fmt: skip
+        entry_point(plan_motion, robot, state, BODY_REFERENCE, vector, plan),
+        entry_point(assemble, robot, state, BODY_REFERENCE, plan, tasks, program),
+        entry_point(joint_torques, robot, state, plan, matrix, vector, vector),
+    )
 
 
 class BalanceAnswer(NamedTuple):
@@ -239,121 +239,107 @@ class BalanceAnswer(NamedTuple):
     multipliers: NDArray[np.float64]
 
 
+class _Workspace:
+    """What a mapping computes with, and what it found last."""
+
+    def __init__(self, mapping: BalanceForce) -> None:
+        multibody = mapping.multibody
+        nv = multibody.model.nv
+        self.robot = BalanceRobot(
+            task_weights(multibody.robot, mapping.weights, BalanceWeights),
+            task_stiffnesses(multibody.robot, mapping.stiffnesses, BalanceStiffnesses),
+            nominal_balance(multibody),
+            believed_ground(multibody, mapping.friction, mapping.sole_part, mapping.max_force),
+            motor_limits(multibody, mapping.knee_guard),
+            leg_dofs(multibody),
+        )
+        self.plan = Plan(
+            np.zeros(nv), np.zeros(nv), np.zeros((2, 9)), np.zeros(6), np.zeros((6, 2 * WRENCH))
+        )
+        self.tasks = Tasks(
+            np.zeros((MAX_TASK_ROWS, 2 * WRENCH)), np.zeros(MAX_TASK_ROWS),
+            np.zeros((2 * WRENCH, nv)), np.zeros(3),
+        )  # fmt: skip
+        self.make = optional_module("daqp", "balance force control", "mujoco").Model
+        self.solvers: dict[tuple[int, int], Solver] = {}
+        self.command = JointCommand(len(multibody.motors), nv)
+        self.plan_motion, self.assemble, self.torques = _compiled()
+        self.solution, self.multipliers = np.zeros(0), np.zeros(0)
+
+    def solver(self, left: int, right: int) -> Solver:
+        """For the soles that carry."""
+        carry = [side for side, stands in enumerate((left, right)) if stands]
+        rolls = sum(int(self.robot.balance["rolls"][0, side] >= 0) for side in carry)
+        soft = sum(int((self.robot.legs[side] >= 0).sum()) + 1 for side in carry)
+        n, m = WRENCH * len(carry), rolls + soft + WRENCH_ROWS * len(carry)
+        return Solver(self.make, n, m, rolls, np.arange(n + rolls, n + rolls + soft))
+
+
+@documented
 @dataclass(frozen=True)
 class BalanceForce:
     """Torques that carry out a reference through the forces of the ground, see this module.
 
     Weights are on squared errors: the larger the weight, the less the task yields.
 
-    Args:
-        multibody: the mechanism.
-        friction: coefficient that is relied upon; a pyramid [-].
-        sole_part: fraction of the sole in which the ZMP is kept [-].
-        max_force: largest vertical force on one sole, in weights [-].
-        knee_guard: least bend of the knees, so that legs never lock [rad].
-        weights, stiffnesses: changes of single values of `WEIGHTS`, and of `STIFFNESSES` in
-            `balance_motion`, by name.
-
     Raises:
         MissingExtraError: daqp is not installed.
         ParameterError: a value is out of range.
     """
 
-    multibody: Multibody
-    friction: float = 0.7
-    sole_part: float = 0.9
-    max_force: float = 2.5
-    knee_guard: float = 0.12
-    weights: dict[str, float] = field(default_factory=dict)
-    stiffnesses: dict[str, float] = field(default_factory=dict)
-    _workspace: dict[str, Any] = field(init=False, repr=False, compare=False)
+    multibody: Multibody = field(metadata=described("the mechanism"))
+    friction: float = setting(0.7, "-", "coefficient that is relied upon; a pyramid", above=0.0)
+    sole_part: float = setting(0.9, "-", "fraction of the sole in which the ZMP is kept", above=0.0)
+    max_force: float = setting(
+        2.5, "-", "largest vertical force on one sole, in weights", above=0.0
+    )
+    knee_guard: float = setting(
+        0.12, "rad", "least bend of the knees, so that legs never lock", least=0.0
+    )
+    weights: Mapping[str, float] = field(
+        default_factory=dict,
+        metadata=described("changes of single `BalanceWeights`, by name, in SI"),
+    )
+    stiffnesses: Mapping[str, float] = field(
+        default_factory=dict, metadata=described("likewise of `BalanceStiffnesses`")
+    )
+    _workspace: _Workspace = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        for name in ("friction", "sole_part", "max_force"):
-            check_number(name, getattr(self, name), 0.0, "-", above=True)
-        check_number("knee_guard", self.knee_guard, 0.0, "rad")
-        multibody, own = self.multibody, OwnUnits.of(self.multibody.robot)
-        nv, motors = multibody.model.nv, len(multibody.motors)
-        weights = {name: value / own.one(unit) ** 2 for name, (unit, value) in _OWN_WEIGHTS.items()}
-        usual = usual_stiffnesses(multibody.robot)
-        stiffness = {name: usual[name] for name in STIFFNESSES.names or ()}
-        stiffness["trunk"] = _OWN_TRUNK * own.one("1/s^2")
-        plan, make_program, torques = _compiled()
-        workspace = {
-            "weights": filled(WEIGHTS, weights, self.weights),
-            "stiffness": filled(STIFFNESSES, stiffness, self.stiffnesses),
-            "balance": nominal_balance(multibody),
-            "ground": believed_ground(multibody, self.friction, self.sole_part, self.max_force),
-            "joints": motor_limits(multibody, self.knee_guard),
-            "legs": leg_dofs(multibody),
-            "knees": np.zeros((2, 9)),
-            "acceleration": np.zeros(nv),
-            "forces": np.zeros(nv),
-            "wrenches": np.zeros((2 * WRENCH, nv)),
-            "totals": np.zeros((6, 2 * WRENCH)),
-            "needed": np.zeros(6),
-            "rows": np.zeros((MAX_TASK_ROWS, 2 * WRENCH)),
-            "right": np.zeros(MAX_TASK_ROWS),
-            "make": optional_module("daqp", "balance force control", "mujoco").Model,
-            "programs": {},
-            "command": JointCommand(motors, nv),
-            "plan": plan,
-            "assemble": make_program,
-            "torques": torques,
-        }
-        object.__setattr__(self, "_workspace", workspace)
+        check_fields(self)
+        object.__setattr__(self, "_workspace", _Workspace(self))
 
-    def start(self) -> None:
-        """It remembers nothing that its answer depends on."""
+    def start(self) -> JointMemory:
+        """Nothing that its answer depends on."""
+        return {}
 
     def joints(
         self,
         mechanics: Mechanics,
         reference: NDArray[np.void],
         forces: NDArray[np.float64],
-        memory: None = None,
-    ) -> tuple[JointCommand, None]:
+        memory: JointMemory,
+    ) -> tuple[JointCommand, JointMemory]:
         """The torques for one cycle, and the accelerations that they were planned for.
 
         What the ground pushes is decided here, and `forces` not asked for.
         """
         s, m = self._workspace, mechanics
-        stands = tuple(reference["stands"][0].tolist())
-        program = s["programs"].get(stands)
-        if program is None:
-            program = s["programs"][stands] = self._program(*stands)
-        s["plan"](
-            s["stiffness"], s["balance"], s["ground"], s["joints"], s["legs"], reference,
-            m.position, m.velocity, m.sole_jacobian, m.motion, s["knees"], s["acceleration"],
-        )  # fmt: skip
-        m.forces(s["acceleration"], s["forces"])
-        s["assemble"](
-            s["weights"], s["balance"], s["ground"], s["joints"], s["legs"], reference,
-            s["forces"], m.position, m.velocity, m.sole_jacobian, m.motion, s["knees"],
-            s["wrenches"], s["totals"], s["needed"], s["rows"], s["right"],
-            program.hessian, program.slope, program.matrix, program.low, program.high,
-        )  # fmt: skip
-        solution, status, about = program.solve(s["make"])
-        command: JointCommand = s["command"]
-        command.status = status
+        left, right = reference["stands"][0].tolist()
+        solver = s.solvers.get((left, right))
+        if solver is None:
+            solver = s.solvers[left, right] = s.solver(left, right)
+        state = BalanceState(m.position, m.velocity, m.sole_jacobian, m.motion)
+        s.plan_motion(s.robot, state, reference, s.tasks.error, s.plan)
+        m.forces(s.plan.acceleration, s.plan.forces)
+        s.assemble(s.robot, state, reference, s.plan, s.tasks, solver.program)
+        solution, status, about = solver.solve()
+        s.command.status = status
         if status >= 1:
-            s["torques"](
-                s["joints"], m.velocity, s["forces"], s["wrenches"], solution, command.torque
-            )
-            command.acceleration[:] = s["acceleration"]
-            s["solution"], s["about"] = solution, about
-        return command, None
-
-    def _program(self, left: int, right: int) -> Program:
-        """The arrays for the soles that carry."""
-        s, count = self._workspace, left + right
-        carry = [side for side, stands in enumerate((left, right)) if stands]
-        rolls = sum(int(s["balance"]["rolls"][0, side] >= 0) for side in carry)
-        yielding = sum(int((s["legs"][side] >= 0).sum()) for side in carry) + count
-        n, first = WRENCH * count, WRENCH * count + rolls
-        return Program(
-            n, rolls + yielding + WRENCH_ROWS * count, rolls, np.arange(first, first + yielding)
-        )
+            s.torques(s.robot, state, s.plan, s.tasks.wrenches, solution, s.command.torque)
+            s.command.acceleration[:] = s.plan.acceleration
+            s.solution, s.multipliers = solution, about["lam"]
+        return s.command, memory
 
     def fresh(self) -> Self:
         """The same with a solver that remembers nothing."""
@@ -361,13 +347,12 @@ class BalanceForce:
 
     def answer(self) -> BalanceAnswer:
         """The last program that was solved; zeros before the first."""
-        s, ground = self._workspace, self._workspace["ground"]
-        solution = s.get("solution", np.zeros(0))
+        s, ground = self._workspace, self._workspace.robot.ground
         weight = float(ground["mass"][0] * ground["gravity"][0])
         units = weight * np.array([1.0] * 3 + [float(ground["arm"][0])] * 3)
         return BalanceAnswer(
-            needed=s["needed"].copy(),
-            given=s["totals"][:, : len(solution)] @ solution,
-            wrenches=solution.reshape(-1, WRENCH) * units,
-            multipliers=np.array(s["about"]["lam"] if "about" in s else []),
+            needed=s.plan.needed.copy(),
+            given=s.plan.totals[:, : len(s.solution)] @ s.solution,
+            wrenches=s.solution.reshape(-1, WRENCH) * units,
+            multipliers=np.array(s.multipliers),
         )

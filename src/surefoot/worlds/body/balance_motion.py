@@ -13,42 +13,91 @@ this needs and those that the ground gives are compared about the CoM.
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from surefoot.compiled import njit
-from surefoot.record import new_array
+from surefoot.record import Array, Record, field, new_array
 from surefoot.robot.legs import find_knees, leg_joints
 from surefoot.robot.multibody import Multibody
 from surefoot.worlds.body.tasks import WRENCH, rotation_error
 
-BALANCE = np.dtype(
-    [
-        ("inverse", "f8", (3, 3)),
-        ("height", "f8"),
-        ("base", "i8"),
-        ("place", "i8"),
-        ("knees", "i8", (2,)),
-        ("rolls", "i8", (2,)),
-    ]
-)
-"""Of the nominal pose: inverse of the composite inertia about the CoM, in the base's axes
-[1/(kg m^2)], and height of the CoM [m]; first degree of freedom of the base and index of its place;
-degrees of freedom of the knees, and of the passive ankle rolls, -1 without."""
 
-STIFFNESSES = np.dtype(
-    [
-        ("trunk", "f8"),
-        ("swing", "f8"),
-        ("swing_turn", "f8"),
-        ("posture", "f8"),
-        ("joint_limit", "f8"),
-        ("joint_speed", "f8"),
-    ]
-)
-"""What an error of position asks for [1/s^2], critically damped; of the joint speed, what an error
-of velocity asks for [1/s]."""
+class Balance(Record):
+    """What is constant for a mechanism."""
+
+    inverse: Array = field(
+        "1/(kg m^2)",
+        "inverse of the composite inertia about the CoM in the nominal pose, in the base's axes",
+        shape=(3, 3),
+    )
+    height: float = field("m", "of the CoM in the nominal pose")
+    base: int = field("", "first degree of freedom of the base")
+    place: int = field("", "index of its place among the positions")
+    knees: Array = field("", "degrees of freedom, left and right", shape=2, kind=int)
+    rolls: Array = field("", "likewise of passive ankle rolls, -1 without", shape=2, kind=int)
+
+
+class BalanceStiffnesses(Record):
+    """What an error of position asks for, critically damped, in `OwnUnits`.
+
+    Of `joint_speed`: what an error of velocity asks for. The trunk is softer than with inverse
+    dynamics: if it is to turn faster than the ground lets it, the torques of the legs are those of
+    another motion.
+    """
+
+    trunk: float = field("1/s^2", "of the trunk", default=4.88)
+    swing: float = field("1/s^2", "of the swinging sole's place", default=73.4)
+    swing_turn: float = field("1/s^2", "of its orientation", default=32.6)
+    posture: float = field("1/s^2", "of the joints", default=4.89)
+    joint_limit: float = field("1/s^2", "of the ends of the joints' ranges", default=32.6)
+    joint_speed: float = field("1/s", "of the joints' speed limits", default=14.3)
+
+
+BALANCE, STIFFNESSES = Balance.DTYPE, BalanceStiffnesses.DTYPE
+
+
+class BalanceRobot(NamedTuple):
+    """What is fixed: arrays of one record, `Motor` records, and the degrees of freedom of each
+    leg's motors, filled up with -1, shape (2, n)."""
+
+    weights: NDArray[np.void]
+    stiffness: NDArray[np.void]
+    balance: NDArray[np.void]
+    ground: NDArray[np.void]
+    motors: NDArray[np.void]
+    legs: NDArray[np.int64]
+
+
+class BalanceState(NamedTuple):
+    """Arrays of `Mechanics`, which are read where they lie."""
+
+    position: NDArray[np.float64]
+    velocity: NDArray[np.float64]
+    sole_jacobian: NDArray[np.float64]
+    motion: NDArray[np.void]
+
+
+class Plan(NamedTuple):
+    """What the body is to do in a cycle, and what that needs; written over in every one.
+
+    Attributes:
+        acceleration: of all degrees of freedom, shape (nv,).
+        forces: M a + h of these, shape (nv,).
+        knees: of a leg that carries: the slope of its knee against the base's accelerations, the
+            knee's own one, and between which that has to be, shape (2, 9).
+        needed: force and moment about the CoM, in the world, shape (6,).
+        totals: likewise of the unit wrenches of the soles that carry, in columns, shape (6, 12).
+    """
+
+    acceleration: NDArray[np.float64]
+    forces: NDArray[np.float64]
+    knees: NDArray[np.float64]
+    needed: NDArray[np.float64]
+    totals: NDArray[np.float64]
+
 
 DAMPING = 1e-6
 """Of the joints of a leg, where a sole that moves by the CoM's height has 1: near a straight knee
@@ -99,7 +148,7 @@ def _leg_motion(b, skip, leg, jacobian, axes, wanted, slope, acceleration):
     """Write the accelerations of a leg's joints that move its sole as wanted, least squares.
 
     Args:
-        b: a `BALANCE` record.
+        b: a `Balance` record.
         skip: 1 if the sole's roll is left to a passive ankle, else 0.
         leg: degrees of freedom with motors, and -1 for none.
         jacobian, axes: of the sole.
@@ -141,45 +190,31 @@ def _leg_motion(b, skip, leg, jacobian, axes, wanted, slope, acceleration):
 
 
 @njit
-def plan_motion(
-    stiffness, balance, ground, joints, legs, reference, position, velocity, jacobians, motion,
-    knees, acceleration,
-):  # fmt: skip
-    """Write the accelerations that carry out a reference.
-
-    Its arrays have the robot's length, which no record holds, and MuJoCo's are read where they lie.
-
-    Args:
-        stiffness, balance, ground, reference: arrays of one record.
-        joints: `JOINTS` records of the motors.
-        legs: degrees of freedom of each leg's motors, filled up with -1, shape (2, n).
-        position, velocity, jacobians, motion: as in `Mechanics`.
-        knees: written for a leg that carries: of its knee the slope against the base's
-            accelerations, its own one, and between which it has to be, shape (2, 9).
-        acceleration: of all degrees of freedom, written.
-    """
-    k, b, g, ref, m = stiffness[0], balance[0], ground[0], reference[0], motion[0]
-    error, wanted = np.empty(3), np.empty(6)
+def plan_motion(robot, state, reference, error, plan):
+    """Write the accelerations that carry out a reference, and the knees; `error` is scratch."""
+    k, b, g, ref = robot.stiffness[0], robot.balance[0], robot.ground[0], reference[0]
+    position, velocity, m = state.position, state.velocity, state.motion[0]
+    motors, knees, acceleration, wanted = robot.motors, plan.knees, plan.acceleration, np.empty(6)
     acceleration[:] = 0.0
     _base_motion(k, b, g, ref, m, velocity, error, acceleration)
     damping, stop = 2.0 * math.sqrt(k.posture), 2.0 * math.sqrt(k.joint_limit)
-    for j in range(joints.shape[0]):
-        joint = joints[j]
-        away = joint.nominal - position[joint.position]
-        acceleration[joint.dof] = k.posture * away - damping * velocity[joint.dof]
+    for j in range(motors.shape[0]):
+        motor = motors[j]
+        away = motor.nominal - position[motor.position]
+        acceleration[motor.dof] = k.posture * away - damping * velocity[motor.dof]
     for side in range(2):
         _sole_motion(k, ref, m, side, error, wanted)
         _leg_motion(
-            b, g.rolls, legs[side], jacobians[side], m.sole_axes[side], wanted, knees[side, :6],
-            acceleration,
+            b, g.rolls, robot.legs[side], state.sole_jacobian[side], m.sole_axes[side], wanted,
+            knees[side, :6], acceleration,
         )  # fmt: skip
-    for j in range(joints.shape[0]):
-        joint = joints[j]
-        dof, angle, rate = joint.dof, position[joint.position], velocity[joint.dof]
-        above = k.joint_limit * (joint.high - angle) - stop * rate
-        below = k.joint_limit * (joint.low - angle) - stop * rate
-        above = min(above, k.joint_speed * (joint.speed - rate))
-        below = max(below, k.joint_speed * (-joint.speed - rate))
+    for j in range(motors.shape[0]):
+        motor = motors[j]
+        dof, angle, rate = motor.dof, position[motor.position], velocity[motor.dof]
+        above = k.joint_limit * (motor.high - angle) - stop * rate
+        below = k.joint_limit * (motor.low - angle) - stop * rate
+        above = min(above, k.joint_speed * (motor.speed - rate))
+        below = max(below, k.joint_speed * (-motor.speed - rate))
         if below > above:
             below = above = 0.5 * (below + above)
         carries = False
@@ -266,7 +301,7 @@ def leg_dofs(multibody: Multibody) -> NDArray[np.int64]:
 
 
 def nominal_balance(multibody: Multibody) -> NDArray[np.void]:
-    """What is constant, a `BALANCE` record."""
+    """What is constant, a `Balance` as an array, shape (1,)."""
     model, data = multibody.model, multibody.data()
     balance, axes = new_array(BALANCE), data.xmat[multibody.base].reshape(3, 3)
     com, inertia = data.subtree_com[multibody.base], np.zeros((3, 3))

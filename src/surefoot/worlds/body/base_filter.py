@@ -30,75 +30,76 @@ import math
 import numpy as np
 
 from surefoot.compiled import njit
-from surefoot.geometry import rotation_matrix, turned, turned_in_world
+from surefoot.geometry import rotate, rotate_in_world, rotation_matrix
+from surefoot.record import Array, Record, Vector2, Vector3, field
 from surefoot.robot.robot import STANDARD_GRAVITY
 
 TILT, VELOCITY, POSITION, FEET, HEADINGS, BIAS, ERRORS = 0, 3, 6, 9, 15, 17, 20
 """Where the errors of the state's parts start in the covariance, and how many there are."""
 
-BASE = np.dtype(
-    [
-        ("orientation", "f8", (4,)),
-        ("velocity", "f8", (3,)),
-        ("position", "f8", (3,)),
-        ("feet", "f8", (2, 3)),
-        ("headings", "f8", (2,)),
-        ("bias", "f8", (3,)),
-        ("turning", "f8", (3,)),
-        ("standing", "f8", (2,)),
-        ("load", "f8", (2,)),
-        ("evidence", "f8", (2,)),
-        ("withheld", "f8", (2, 3)),
-        ("doubts", "i8", (4,)),
-        ("covariance", "f8", (ERRORS, ERRORS)),
-        ("cycles", "i8"),
-    ]
-)
-"""Quaternion; velocity [m/s], position [m], soles [m] and their headings [rad] in the world; offset
-of the gyroscope and angular velocity in the frame of the base [rad/s]; for how long each sole has
-stood, 0 if it does not [s]; force on each sole that noise does not explain, and how much speaks for
-one, see `estimator` [N]; sums of what gyroscope and accelerometer said in readings in a row
-that were not believed, over what was expected [rad/s, m/s^2], and how many there were: of
-gyroscope, accelerometer, left and right sole; covariance of the errors; how many cycles there
-were."""
 
-BASE_NOISE = np.dtype(
-    [
-        ("encoder", "f8"),
-        ("gyro", "f8"),
-        ("accelerometer", "f8"),
-        ("bias", "f8"),
-        ("bias_walk", "f8"),
-        ("slip", "f8"),
-        ("light_slip", "f8"),
-        ("landing_slip", "f8"),
-        ("twist", "f8"),
-        ("swing_twist", "f8"),
-        ("floor", "f8"),
-        ("force", "f8"),
-        ("load", "f8"),
-        ("settling", "f8"),
-        ("period", "f8"),
-    ]
-)
-"""Standard deviations: encoder [rad], gyroscope [rad/s], accelerometer [m/s^2], first offset of the
-gyroscope [rad/s] and its random walk [rad/s^1.5]; random walk of a sole that stands with full
-weight, what is added to it with none and at touchdown [m/s^0.5]; of its heading while both stand,
-and what is added to it while the other leg swings [rad/s^0.5]; height of the floor [m]; forces on
-the soles [N]. Half of the robot's weight [N]; within which a foot comes to rest after touchdown,
-but for 1 / e of its motion, and the period [s]."""
+class Base(Record):
+    """The state of the base's filter, and what is remembered of its readings."""
 
-ROW = np.dtype(
-    [
-        ("of", "f8", (ERRORS,)),
-        ("off", "f8"),
-        ("variance", "f8"),
-        ("first", "i8"),
-        ("last", "i8"),
-    ]
-)
-"""A measurement: the sum of the errors that it contains, by how much it is off, its variance, and
-which errors, from the first to before the last, are to blame if that is too much."""
+    orientation: Array = field("-", "quaternion", shape=4)
+    velocity: Vector3 = field("m/s", "in the world")
+    position: Vector3 = field("m", "in the world")
+    feet: Array = field("m", "soles in the world", shape=(2, 3))
+    headings: Vector2 = field("rad", "of the soles in the world")
+    bias: Vector3 = field("rad/s", "offset of the gyroscope")
+    turning: Vector3 = field("rad/s", "angular velocity in the frame of the base")
+    standing: Vector2 = field("s", "for how long each sole has stood, 0 if it does not")
+    load: Vector2 = field("N", "force on each sole that noise does not explain")
+    evidence: Vector2 = field("N", "how much speaks for one, see `readings`")
+    withheld: Array = field(
+        "rad/s, m/s^2",
+        "sums of what gyroscope and accelerometer measured, over what was expected, in readings in "
+        "a row that were left out",
+        shape=(2, 3),
+    )
+    doubts: Array = field(
+        "-",
+        "readings in a row that were left out: of gyroscope, accelerometer, left and right sole",
+        shape=4,
+        kind=int,
+    )
+    covariance: Array = field("", "of the errors", shape=(ERRORS, ERRORS))
+    cycles: int = field("-", "how many there were")
+
+
+class BaseNoise(Record):
+    """What the base's filter knows: standard deviations, and what these refer to."""
+
+    encoder: float = field("rad", "of a joint's angle")
+    gyro: float = field("rad/s", "of the angular velocity")
+    accelerometer: float = field("m/s^2", "of the acceleration")
+    gyro_bias: float = field("rad/s", "of the gyroscope's first offset")
+    bias_walk: float = field("rad/s^1.5", "random walk of that")
+    slip: float = field("m/s^0.5", "random walk of a sole that stands with full weight")
+    light_slip: float = field("m/s^0.5", "what is added to it without any")
+    landing_slip: float = field("m/s^0.5", "what is added to it at touchdown")
+    twist: float = field("rad/s^0.5", "random walk of a sole's heading while both stand")
+    swing_twist: float = field("rad/s^0.5", "what is added to it while the other leg swings")
+    floor: float = field("m", "of the height of the floor")
+    force: float = field("N", "of the force on a sole")
+    load: float = field("N", "half of the robot's weight")
+    settling: float = field(
+        "s", "within which a foot comes to rest after touchdown, but for 1 / e of its motion"
+    )
+    period: float = field("s", "of control")
+
+
+class Row(Record):
+    """A measurement as a row of the filter."""
+
+    errors: Array = field("", "the sum of the errors that it contains", shape=ERRORS)
+    off: float = field("", "by how much it differs from what is expected")
+    variance: float = field("", "of that")
+    first: int = field("", "of the errors that are made larger if it differs too much")
+    last: int = field("", "one behind the last of them")
+
+
+BASE, BASE_NOISE, ROW = Base.DTYPE, BaseNoise.DTYPE, Row.DTYPE
 
 TRUSTED = 3.0
 """Standard deviations beyond which a foot has slipped."""
@@ -109,8 +110,8 @@ def carry_on(base, noise, acceleration):
     """Move the state on by one period: `base.turning` after it, `acceleration` in the world.
 
     Args:
-        base: a `BASE` record, changed.
-        noise: a `BASE_NOISE` record.
+        base: a `Base`, changed.
+        noise: a `BaseNoise`.
         acceleration: (3,) of the base during the period, gravity included [m/s^2].
     """
     dt, c = noise.period, base.covariance
@@ -122,11 +123,11 @@ def carry_on(base, noise, acceleration):
         turn[i] = base.turning[i] * dt
         base.velocity[i] += acceleration[i] * dt
         base.position[i] += base.velocity[i] * dt
-    turned(base.orientation, turn, base.orientation)
+    rotate(base.orientation, turn, base.orientation)
     _carry_rows(c, force, R, dt)
-    _turn_over(c)
+    _transpose(c)
     _carry_rows(c, force, R, dt)
-    _even_out(c)
+    _symmetrise(c)
     for i in range(3):
         c[TILT + i, TILT + i] += (noise.gyro * dt) ** 2
         c[VELOCITY + i, VELOCITY + i] += (noise.accelerometer * dt) ** 2
@@ -134,7 +135,7 @@ def carry_on(base, noise, acceleration):
 
 
 @njit
-def _even_out(c):
+def _symmetrise(c):
     """Keep rounding from making a symmetric matrix less so, cycle after cycle."""
     for i in range(ERRORS):
         for j in range(i):
@@ -142,8 +143,8 @@ def _even_out(c):
 
 
 @njit
-def _turn_over(c):
-    """Make columns of rows, to do with them what has been done with the rows."""
+def _transpose(c):
+    """Exchange rows and columns, to do with these what has been done with those."""
     for i in range(ERRORS):
         for j in range(i):
             c[i, j], c[j, i] = c[j, i], c[i, j]
@@ -170,7 +171,7 @@ def landing(base, noise, foot) -> float:
 
 
 @njit
-def _loosen_foot(base, noise, foot, load, alone):
+def _widen_foot(base, noise, foot, load, alone):
     """A standing sole is less certain after a period: the lighter it is, and if it is `alone`."""
     light = 1.0 - min(max(load / noise.load, 0.0), 1.0) if math.isfinite(load) else 1.0
     fresh = landing(base, noise, foot)
@@ -197,9 +198,9 @@ def put_foot(base, noise, soles, foot):
     """Put a foot that has touched down where the kinematics says, and forget where it stood.
 
     Args:
-        base: a `BASE` record, changed.
-        noise: a `BASE_NOISE` record.
-        soles: a `SOLES` record.
+        base: a `Base`, changed.
+        noise: a `BaseNoise`.
+        soles: a `Soles`.
         foot: 0 left, 1 right.
     """
     R, c = np.empty((3, 3)), base.covariance
@@ -213,7 +214,7 @@ def put_foot(base, noise, soles, foot):
     for i in range(3):
         base.feet[foot, i] = base.position[i] + arm[i]
     _put_rows(c, arm, here, turn)
-    _turn_over(c)
+    _transpose(c)
     _put_rows(c, arm, here, turn)
     for k in range(3):
         spread = (noise.encoder * soles.spread[foot, k]) ** 2
@@ -236,8 +237,8 @@ def _put_rows(c, arm, here, turn):
 
 
 @njit
-def _look_at_foot(base, noise, soles, foot, rows, first):
-    """What the kinematics says of a standing foot: its place and heading, four rows."""
+def _foot_rows(base, noise, soles, foot, rows, first):
+    """Place and heading of a standing foot by the kinematics, four rows."""
     R = np.empty((3, 3))
     rotation_matrix(base.orientation, R)
     dx = base.feet[foot, 0] - base.position[0]
@@ -247,19 +248,19 @@ def _look_at_foot(base, noise, soles, foot, rows, first):
     for k in range(3):
         ex, ey, ez = R[0, k], R[1, k], R[2, k]
         row = rows[first + k]
-        of = row.of
-        of[TILT], of[TILT + 1], of[TILT + 2] = (
+        errors = row.errors
+        errors[TILT], errors[TILT + 1], errors[TILT + 2] = (
             ey * dz - ez * dy,
             ez * dx - ex * dz,
             ex * dy - ey * dx,
         )
         for i in range(3):
-            of[POSITION + i], of[here + i] = -R[i, k], R[i, k]
+            errors[POSITION + i], errors[here + i] = -R[i, k], R[i, k]
         row.off = soles.position[foot, k] - (ex * dx + ey * dy + ez * dz)
         row.variance = (noise.encoder * soles.spread[foot, k]) ** 2
         row.first, row.last = here, here + 3
     row = rows[first + 3]
-    row.of[TILT + 2], row.of[turn] = -1.0, 1.0
+    row.errors[TILT + 2], row.errors[turn] = -1.0, 1.0
     off = _heading(R, soles.rotation[foot]) - base.headings[foot]
     row.off = off - 2.0 * math.pi * round(off / (2.0 * math.pi))
     row.variance = (noise.encoder * soles.turn_spread[foot]) ** 2
@@ -267,42 +268,42 @@ def _look_at_foot(base, noise, soles, foot, rows, first):
 
 
 @njit
-def _look_at_floor(base, noise, foot, row):
+def _floor_row(base, noise, foot, row):
     """A foot that has just touched down is about as high as the floor."""
-    row.of[FEET + 3 * foot + 2] = 1.0
+    row.errors[FEET + 3 * foot + 2] = 1.0
     row.off, row.variance = -base.feet[foot, 2], noise.floor**2
     row.first = row.last = 0
 
 
 @njit
-def _blame(c, row):
-    """Lay what is off by more than `TRUSTED` deviations to the foot, whose errors are named.
+def _allow_slip(c, row):
+    """Make a foot that is off by over `TRUSTED` deviations so uncertain that it is off by them.
 
-    They are seen in directions at right angles to each other, so it matters not which comes first.
+    Its errors are measured along perpendicular directions, so the order does not matter.
     """
     spread = row.variance
     for i in range(ERRORS):
-        if row.of[i] != 0.0:
+        if row.errors[i] != 0.0:
             for j in range(ERRORS):
-                spread += row.of[i] * c[i, j] * row.of[j]
+                spread += row.errors[i] * c[i, j] * row.errors[j]
     excess = (row.off / TRUSTED) ** 2 - spread
     if excess > 0.0:
         for i in range(row.first, row.last):
             for j in range(row.first, row.last):
-                c[i, j] += excess * row.of[i] * row.of[j]
+                c[i, j] += excess * row.errors[i] * row.errors[j]
 
 
 @njit
-def _take(c, found, row):
+def _correct(c, found, row):
     """Correct the covariance, and the errors `found` so far, by one measurement."""
     g, spread, off = np.zeros(ERRORS), row.variance, row.off
     for i in range(ERRORS):
-        if row.of[i] != 0.0:
+        if row.errors[i] != 0.0:
             for j in range(ERRORS):
-                g[j] += c[i, j] * row.of[i]
-            off -= row.of[i] * found[i]
+                g[j] += c[i, j] * row.errors[i]
+            off -= row.errors[i] * found[i]
     for i in range(ERRORS):
-        spread += row.of[i] * g[i]
+        spread += row.errors[i] * g[i]
     scale = 1.0 / math.sqrt(spread)
     for i in range(ERRORS):
         g[i] *= scale
@@ -313,13 +314,13 @@ def _take(c, found, row):
 
 
 @njit
-def listen_to_feet(base, noise, soles, feet, force):
+def correct_by_feet(base, noise, soles, feet, force):
     """Correct the state by the feet that stand.
 
     Args:
-        base: a `BASE` record, changed.
-        noise: a `BASE_NOISE` record.
-        soles: a `SOLES` record.
+        base: a `Base`, changed.
+        noise: a `BaseNoise`.
+        soles: a `Soles`.
         feet: (2,) which soles stand, 1 or 0.
         force: (2,) on the soles [N].
     """
@@ -329,22 +330,22 @@ def listen_to_feet(base, noise, soles, feet, force):
             base.standing[foot] = 0.0
         elif base.standing[foot] == 0.0:
             put_foot(base, noise, soles, foot)
-            _look_at_floor(base, noise, foot, rows[count])
+            _floor_row(base, noise, foot, rows[count])
             count += 1
         else:
-            _loosen_foot(base, noise, foot, force[foot], feet[1 - foot] == 0)
-            _look_at_foot(base, noise, soles, foot, rows, count)
+            _widen_foot(base, noise, foot, force[foot], feet[1 - foot] == 0)
+            _foot_rows(base, noise, soles, foot, rows, count)
             count += 4
     found = np.zeros(ERRORS)
     for k in range(count):
-        _blame(base.covariance, rows[k])
+        _allow_slip(base.covariance, rows[k])
     for k in range(count):
-        _take(base.covariance, found, rows[k])
-    _mend(base, found)
+        _correct(base.covariance, found, rows[k])
+    _add_errors(base, found)
 
 
 @njit
-def _mend(base, found):
+def _add_errors(base, found):
     """Take the errors that were found out of the state."""
     turn = np.empty(3)
     for i in range(3):
@@ -357,4 +358,4 @@ def _mend(base, found):
             base.feet[foot, i] += found[FEET + 3 * foot + i]
     for foot in range(2):
         base.headings[foot] += found[HEADINGS + foot]
-    turned_in_world(base.orientation, turn, base.orientation)
+    rotate_in_world(base.orientation, turn, base.orientation)

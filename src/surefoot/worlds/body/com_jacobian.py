@@ -28,24 +28,29 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cache
-from types import MappingProxyType
-from typing import Any, NamedTuple, Self
+from typing import Self
 
 import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from surefoot.checks import check_number
 from surefoot.compiled import entry_point, njit
+from surefoot.control.fields import check_fields, described, documented, fill_shares, setting
 from surefoot.errors import ParameterError
 from surefoot.record import Record, Vector2, Vector3, copy_array, new_array
 from surefoot.record import field as value
 from surefoot.robot.floor import TIME_STEP
 from surefoot.robot.multibody import Multibody
 from surefoot.robot.own_units import OwnUnits
-from surefoot.worlds.body.interface import BODY_REFERENCE, JointCommand
+from surefoot.worlds.body.interface import BODY_REFERENCE, JointCommand, JointMemory
 from surefoot.worlds.body.mechanics import MOTION, Mechanics
-from surefoot.worlds.body.resolved_velocity import LEG, ROWS, find_leg_joints, resolve
+from surefoot.worlds.body.resolved_velocity import (
+    LEG,
+    ROWS,
+    Rows,
+    find_leg_joints,
+    resolve,
+)
 from surefoot.worlds.body.servos import (
     EXPECT,
     MOVING,
@@ -74,20 +79,6 @@ SHIFT_RATE = 30.0
 
 MAX_ACCELERATION = 40.0
 """Of a joint that the estimator is given to expect, in omega^2."""
-
-_OWN = MappingProxyType(
-    {
-        "stiffness": ("N m/rad", 30.0),
-        "zmp_rate": ("1/s", 0.65),
-        "com_rate": ("1/s", 1.3),
-        "follow_rate": ("1/s", 11.0),
-        "smoothing": ("1/s", 32.0),
-        "trunk_rate": ("1/s", 0.4),
-        "swing_rate": ("1/s", 1.35),
-        "level_rate": ("1/s", 3.5),
-    }
-)
-"""Units of the parameters that follow from the robot, and their defaults in `OwnUnits`."""
 
 
 class Law(Record):
@@ -119,18 +110,6 @@ class Desired(Record):
 
 LAW, DESIRED = Law.DTYPE, Desired.DTYPE
 """The same for kernels, which know no classes."""
-
-
-class ServoMemory(NamedTuple):
-    """What a `ComJacobian` remembers; a value.
-
-    Attributes:
-        sent: of the servos, shape (4, n), see `servos.POSTURE`.
-        desired: a `Desired` record, shape (1,).
-    """
-
-    sent: NDArray[np.float64]
-    desired: NDArray[np.void]
 
 
 @njit
@@ -198,131 +177,142 @@ def _compiled() -> Callable[..., None]:
     )  # fmt: skip
 
 
-@dataclass(frozen=True)
-class ComJacobian:
-    """Servo positions that carry out a reference, with ZMP and CoM fed back.
+class _Workspace:
+    """What a mapping computes with; nothing of it is remembered."""
 
-    What is None follows from the robot, see `OwnUnits`.
-
-    Args:
-        multibody: the mechanism.
-        stiffness: of every servo; 30 m g h [N m/rad].
-        damping_ratio: likewise, with the inertia that its joint has in the nominal pose [-].
-        zmp_rate: k_p, at which a ZMP error moves the CoM, below omega; 0.65 omega [1/s].
-        com_rate: k_c, likewise an error of the CoM, above omega; 1.3 omega [1/s].
-        follow_rate: k_f, of the desired CoM towards the estimated one; 11 omega [1/s].
-        smoothing: of the ZMP error; 32 omega [1/s].
-        trunk_rate: of the trunk's lean and heading; 0.4 omega [1/s].
-        swing_rate: of the swinging sole's place and lean; 1.35 omega [1/s].
-        level_rate: of the lean of a sole that carries; 3.5 omega [1/s].
-        knee_guard: least bend of the knees [rad].
-        period: of control [s].
-
-    Raises:
-        ParameterError: a value is out of range, or the rates are not those of [Choi2007].
-        RobotError: a leg has no knee, or its foot does not pitch and roll.
-    """
-
-    multibody: Multibody
-    stiffness: float | None = None
-    damping_ratio: float = 0.7
-    zmp_rate: float | None = None
-    com_rate: float | None = None
-    follow_rate: float | None = None
-    smoothing: float | None = None
-    trunk_rate: float | None = None
-    swing_rate: float | None = None
-    level_rate: float | None = None
-    knee_guard: float = 0.03
-    period: float = TIME_STEP
-    _workspace: dict[str, Any] = field(init=False, repr=False, compare=False)
-
-    def __post_init__(self) -> None:
-        for name, unit in (("damping_ratio", "-"), ("knee_guard", "rad"), ("period", "s")):
-            check_number(name, getattr(self, name), 0.0, unit, above=name == "period")
-        multibody, own = self.multibody, OwnUnits.of(self.multibody.robot)
-        values = own.fill(self, _OWN)
-        check_number("stiffness", values["stiffness"], 0.0, "N m/rad", above=True)
-        _check_rates(values["zmp_rate"], values["com_rate"], own.rate)
-        nv, legs = multibody.model.nv, find_leg_joints(multibody)
-        knees = tuple((legs["straight"] + legs["sign"] * self.knee_guard).tolist())
-        servos = find_servos(
-            multibody, values["stiffness"], self.damping_ratio, knees, self.period
-        )  # fmt: skip
-        command = JointCommand(len(servos), nv)
-        command.stiffness[:], command.damping[:] = servos["stiffness"], servos["damping"]
-        passive = multibody.passive_dofs[BASE:].astype(np.int64)
-        rows = new_array(ROWS)
-        rows["height"], rows["rolls"] = own.length, len(passive) > 0
-        for name in ("trunk", "swing", "level"):
-            rows[name] = values[f"{name}_rate"]
-        law = self._law(own, values)
-        workspace = {
-            "cycle": _compiled(),
-            "fixed": (law, rows, legs, servos, passive, multibody.base_dof),
-            "scratch": (np.zeros((nv, nv)), np.zeros(nv), np.zeros(nv)),
-            "com_jacobian": np.zeros((3, nv)),
-            "command": command,
-        }
-        object.__setattr__(self, "_workspace", workspace)
-
-    def _law(self, own: OwnUnits, values: dict[str, float]) -> NDArray[np.void]:
-        law = new_array(LAW)
-        for name in ("zmp", "com", "follow"):
-            law[name] = values[f"{name}_rate"]
-        law["smoothing"], law["period"] = values["smoothing"], self.period
-        law["max_error"] = MAX_ERROR * own.length
-        law["height"], law["max_lift"] = HEIGHT_RATE * own.rate, MAX_LIFT * own.acceleration
-        law["shift"] = SHIFT_RATE * own.rate
-        law["max_acceleration"] = MAX_ACCELERATION * own.rate**2
-        law["weight"] = self.multibody.mass * self.multibody.robot.gravity
-        return law
-
-    def fresh(self) -> Self:
-        """The same with room of its own to work in."""
-        return replace(self)
-
-    def start(self) -> None:
-        """Nothing: the servos begin where the joints are."""
-
-    def joints(
-        self,
-        mechanics: Mechanics,
-        reference: NDArray[np.void],
-        forces: NDArray[np.float64],
-        memory: ServoMemory | None,
-    ) -> tuple[JointCommand, ServoMemory]:
-        """Positions and velocities of the servos, one period on; they rest if there are none."""
-        s, m = self._workspace, mechanics
-        if memory is None:
-            memory = self._begin(m)
-        sent, desired = memory.sent.copy(), copy_array(memory.desired)
-        m.com_jacobian(s["com_jacobian"])
-        s["cycle"](
-            *s["fixed"], reference, m.motion, m.position, m.velocity, m.sole_jacobian,
-            s["com_jacobian"], m.bias, forces, *s["scratch"], desired, sent,
-        )  # fmt: skip
-        command: JointCommand = s["command"]
-        command.status = int(np.isfinite(s["scratch"][-1][0]))
-        if not command.status:
-            sent, desired = memory.sent.copy(), memory.desired
-            sent[MOVING:] = 0.0
-        command.position[:], command.velocity[:] = sent[SENT], sent[MOVING]
-        command.acceleration[self.multibody.motor_dofs] = sent[EXPECT]
-        return command, ServoMemory(sent, desired)
-
-    def _begin(self, mechanics: Mechanics) -> ServoMemory:
-        sent, desired = np.zeros((4, len(self.multibody.motors))), new_array(DESIRED)
-        sent[[POSTURE, SENT]] = mechanics.position[self.multibody.motor_positions]
-        desired["com"], desired["com_velocity"] = mechanics.com, mechanics.com_velocity
-        desired["shares"] = 0.5
-        return ServoMemory(sent, desired)
+    def __init__(self, mapping: ComJacobian) -> None:
+        multibody, legs = mapping.multibody, find_leg_joints(mapping.multibody)
+        nv, passive = multibody.model.nv, multibody.passive_dofs[BASE:].astype(np.int64)
+        knees = tuple((legs["straight"] + legs["sign"] * mapping.knee_guard).tolist())
+        self.cycle = _compiled()
+        self.servos = find_servos(
+            multibody, mapping.stiffness, mapping.damping_ratio, knees, mapping.period
+        )
+        rows = Rows(
+            trunk=mapping.trunk_rate,
+            swing=mapping.swing_rate,
+            level=mapping.level_rate,
+            knee=mapping.com_rate,
+            guard=mapping.knee_guard,
+            height=multibody.robot.com_height,
+            rolls=len(passive) > 0,
+        ).array
+        self.fixed = (_law(mapping), rows, legs, self.servos, passive, multibody.base_dof)
+        self.solution, self.com_jacobian = np.zeros(nv), np.zeros((3, nv))
+        self.scratch = (np.zeros((nv, nv)), np.zeros(nv), self.solution)
+        self.command = JointCommand(len(self.servos), nv)
+        self.command.stiffness[:] = self.servos["stiffness"]
+        self.command.damping[:] = self.servos["damping"]
 
 
-def _check_rates(zmp: float, com: float, omega: float) -> None:
+def _law(mapping: ComJacobian) -> NDArray[np.void]:
+    multibody, own = mapping.multibody, OwnUnits.of(mapping.multibody.robot)
+    return Law(
+        zmp=mapping.zmp_rate,
+        com=mapping.com_rate,
+        follow=mapping.follow_rate,
+        smoothing=mapping.smoothing,
+        max_error=MAX_ERROR * own.length,
+        height=HEIGHT_RATE * own.rate,
+        max_lift=MAX_LIFT * own.acceleration,
+        shift=SHIFT_RATE * own.rate,
+        max_acceleration=MAX_ACCELERATION * own.rate**2,
+        weight=multibody.mass * multibody.robot.gravity,
+        period=mapping.period,
+    ).array
+
+
+def _check_rates(mapping: ComJacobian) -> None:
+    omega, zmp, com = mapping.multibody.robot.omega, mapping.zmp_rate, mapping.com_rate
     if not (0.0 < zmp < omega < com):
         raise ParameterError(
             f"0 < zmp_rate < omega < com_rate, omega = {omega:.4g} 1/s",
             f"zmp_rate {zmp:.4g} and com_rate {com:.4g} 1/s",
             "choose one below and one above omega: else the errors of ZMP and CoM may grow",
         )
+
+
+@documented
+@dataclass(frozen=True)
+class ComJacobian:
+    """Servo positions that carry out a reference, with ZMP and CoM fed back.
+
+    Raises:
+        ParameterError: a value is out of range, or the rates are not those of [Choi2007].
+        RobotError: a leg has no knee, or its foot does not pitch and roll.
+    """
+
+    multibody: Multibody = field(metadata=described("the mechanism"))
+    stiffness: float = setting(None, "N m/rad", "of every servo", share=30.0, above=0.0)
+    damping_ratio: float = setting(
+        0.7, "-", "likewise, with the inertia that its joint has in the nominal pose", least=0.0
+    )
+    zmp_rate: float = setting(
+        None, "1/s", "k_p, at which a ZMP error moves the CoM, below omega", share=0.65
+    )
+    com_rate: float = setting(None, "1/s", "k_c, likewise of the CoM, above omega", share=1.3)
+    follow_rate: float = setting(
+        None, "1/s", "k_f, of the desired CoM towards the estimated one", share=11.0
+    )
+    smoothing: float = setting(None, "1/s", "of the ZMP error", share=32.0)
+    trunk_rate: float = setting(None, "1/s", "of the trunk's lean and heading", share=0.4)
+    swing_rate: float = setting(None, "1/s", "of the swinging sole's place and lean", share=1.35)
+    level_rate: float = setting(None, "1/s", "of the lean of a sole that carries", share=3.5)
+    knee_guard: float = setting(0.03, "rad", "least bend of the knees", least=0.0)
+    period: float = setting(TIME_STEP, "s", "of control", above=0.0)
+    _workspace: _Workspace = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        fill_shares(self, self.multibody.robot)
+        check_fields(self)
+        _check_rates(self)
+        object.__setattr__(self, "_workspace", _Workspace(self))
+
+    @property
+    def servos(self) -> NDArray[np.void]:
+        """Ranges, limits and gains of the servos, a copy of `Servo` records, shape (n,)."""
+        return self._workspace.servos.copy()
+
+    def fresh(self) -> Self:
+        """The same with room of its own to work in."""
+        return replace(self)
+
+    def start(self) -> JointMemory:
+        """Nothing: the servos begin where the joints are.
+
+        After the first cycle it is `sent`, of the servos, shape (4, n), see `servos.POSTURE`, and
+        `desired`, a `Desired` as an array, shape (1,).
+        """
+        return {}
+
+    def joints(
+        self,
+        mechanics: Mechanics,
+        reference: NDArray[np.void],
+        forces: NDArray[np.float64],
+        memory: JointMemory,
+    ) -> tuple[JointCommand, JointMemory]:
+        """Positions and velocities of the servos, one period on; they rest if there are none."""
+        s, m = self._workspace, mechanics
+        before = memory or self._begin(m)
+        sent, desired = before["sent"].copy(), copy_array(before["desired"])
+        m.com_jacobian(s.com_jacobian)
+        s.cycle(
+            *s.fixed, reference, m.motion, m.position, m.velocity, m.sole_jacobian,
+            s.com_jacobian, m.bias, forces, *s.scratch, desired, sent,
+        )  # fmt: skip
+        command = s.command
+        command.status = int(np.isfinite(s.solution[0]))
+        if not command.status:
+            sent, desired = before["sent"].copy(), before["desired"]
+            sent[MOVING:] = 0.0
+        command.position[:], command.velocity[:] = sent[SENT], sent[MOVING]
+        command.acceleration[self.multibody.motor_dofs] = sent[EXPECT]
+        return command, {"sent": sent, "desired": desired}
+
+    def _begin(self, mechanics: Mechanics) -> JointMemory:
+        sent, desired = np.zeros((4, len(self.multibody.motors))), new_array(DESIRED)
+        sent[[POSTURE, SENT]] = mechanics.position[self.multibody.motor_positions]
+        desired["com"], desired["com_velocity"] = mechanics.com, mechanics.com_velocity
+        desired["shares"] = 0.5
+        return {"sent": sent, "desired": desired}

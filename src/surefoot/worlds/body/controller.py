@@ -9,26 +9,35 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from types import MappingProxyType
-from typing import Any, Self
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from surefoot.checks import check_number
-from surefoot.dcm.frame_turn import rotated
+from surefoot.control.fields import (
+    check_fields,
+    declared,
+    described,
+    documented,
+    fill_shares,
+    setting,
+)
 from surefoot.errors import VelocityError
+from surefoot.geometry import rotated
 from surefoot.interface import COMMAND, OBSERVATION, Command, Controller, Observation
 from surefoot.record import copy_array, new_array
 from surefoot.robot.feet import Side
 from surefoot.robot.legs import find_legs
 from surefoot.robot.multibody import Multibody
-from surefoot.robot.own_units import OwnUnits
 from surefoot.worlds.body.course import Course, CourseController, VelocityCorrection
-from surefoot.worlds.body.interface import BODY_REFERENCE, JointCommand, JointMapping
+from surefoot.worlds.body.interface import (
+    BODY_REFERENCE,
+    JointCommand,
+    JointMapping,
+    JointMemory,
+)
 from surefoot.worlds.body.mechanics import Mechanics
 from surefoot.worlds.body.step import (
-    BODY_LIMITS,
     BODY_WALK,
     DOWN,
     MIN_FLIGHT,
@@ -38,6 +47,7 @@ from surefoot.worlds.body.step import (
     STAND,
     WALK,
     BodyKernels,
+    BodyLimits,
     body_kernels,
 )
 from surefoot.worlds.steering import Steering
@@ -51,22 +61,6 @@ MAX_BRAKING = 4.08
 TOUCH_FORCE = 0.03
 """Part of the weight from which on a force may be that of a landing."""
 
-_OWN = MappingProxyType(
-    {
-        "settle_time": ("s", 1.05),
-        "shift_time": ("s", 2.1),
-        "place_rate": ("1/s", 0.143),
-        "max_correction": ("m/s", 0.0535),
-        "max_change": ("m/s^2", 0.00306),
-        "max_lead": ("m", 0.375),
-        "max_drop": ("m", 0.15),
-        "height_stiffness": ("1/s^2", 3.26),
-        "max_lift": ("m/s^2", 0.816),
-        "sink": ("m/s", 0.178),
-    }
-)
-"""Units of the parameters that follow from the robot, and their defaults in `OwnUnits`."""
-
 FIRST_STEPS = 2
 """Steps in place before the commanded velocity, and before a stand."""
 
@@ -79,7 +73,7 @@ class BodyState:
     """What evolves: a value, but for the mechanics' workspace, which only holds the present.
 
     Attributes:
-        walk: a `BODY_WALK` record, shape (1,).
+        walk: a `BodyWalk` as an array, shape (1,).
         controller: at the velocity that it is given now.
         memory: the controller's own state.
         observation, command: of the last cycle.
@@ -94,98 +88,90 @@ class BodyState:
     memory: NDArray[np.void] | None
     observation: Observation
     command: Command
-    joints: Any
+    joints: JointMemory
     course: Course
     correction: VelocityCorrection
     slow_steps: int = 0
 
 
+@documented
 @dataclass(frozen=True)
 class BodyControl:
-    """Walks a body with a controller of the point mass.
+    """Walks a body with a controller of the point mass."""
 
-    What is None follows from the robot, see `OwnUnits`.
-
-    Args:
-        controller: of a robot as `walking_robot` makes it from the multibody's; any method.
-        multibody: the mechanism as the control believes it to be.
-        mapping: from reference to motors.
-        first_support: the foot that carries in the first step.
-        settle_time: standing before the first step; 1.05 / omega [s].
-        shift_time: in which the DCM is moved to where that begins; 2.1 / omega [s].
-        place_rate: rate at which an error of place is removed; 0 holds no place; 0.143 omega [1/s].
-        max_correction: of the velocity, to either side; 0.0535 sqrt(g h) [m/s].
-        max_change: of that correction; 0 never corrects; 0.00306 g [m/s^2].
-        max_lead: the course waits for a robot that is this far from it; 0.375 h [m].
-        knee_bend: least one of a leg, sets the CoM's height in long steps [rad].
-        max_drop: of the CoM; 0.15 h [m].
-        height_stiffness: of the CoM's height; 3.26 omega^2 [1/s^2].
-        max_lift: largest vertical acceleration; 0.816 g [m/s^2].
-        sink: speed of a foot that waits for the ground; 0.178 sqrt(g h) [m/s].
-    """
-
-    controller: Controller
-    multibody: Multibody
-    mapping: JointMapping
-    first_support: Side = Side.RIGHT
-    settle_time: float | None = None
-    shift_time: float | None = None
-    place_rate: float | None = None
-    max_correction: float | None = None
-    max_change: float | None = None
-    max_lead: float | None = None
-    knee_bend: float = 0.3
-    max_drop: float | None = None
-    height_stiffness: float | None = None
-    max_lift: float | None = None
-    sink: float | None = None
+    controller: Controller = field(
+        metadata=described(
+            "of a robot as `walking_robot` makes it from the multibody's; any method"
+        )
+    )
+    multibody: Multibody = field(metadata=described("the mechanism as the control believes it"))
+    mapping: JointMapping = field(metadata=described("from reference to motors"))
+    first_support: Side = field(
+        default=Side.RIGHT, metadata=described("the foot that carries in the first step")
+    )
+    settle_time: float = setting(None, "s", "standing before the first step", share=1.05)
+    shift_time: float = setting(
+        None, "s", "in which the DCM is moved to where that begins", share=2.1, above=0.0
+    )
+    place_rate: float = setting(
+        None, "1/s", "rate at which an error of place is removed; 0 holds no place", share=0.143
+    )
+    max_correction: float = setting(None, "m/s", "of the velocity, to either side", share=0.0535)
+    max_change: float = setting(
+        None, "m/s^2", "of that correction; 0 never corrects", share=0.00306
+    )
+    max_lead: float = setting(
+        None, "m", "the course waits for a robot that is this far from it", share=0.375
+    )
+    knee_bend: float = setting(
+        0.3, "rad", "least one of a leg, sets the CoM's height in long steps", least=0.0
+    )
+    max_drop: float = setting(None, "m", "of the CoM", share=0.15)
+    height_stiffness: float = setting(None, "1/s^2", "of the CoM's height", share=3.26, above=0.0)
+    max_lift: float = setting(
+        None, "m/s^2", "largest vertical acceleration", share=0.816, above=0.0
+    )
+    sink: float = setting(None, "m/s", "speed of a foot that waits for the ground", share=0.178)
     mechanics: Mechanics = field(init=False, repr=False, compare=False)
     limits: NDArray[np.void] = field(init=False, repr=False, compare=False)
     kernels: BodyKernels = field(init=False, repr=False, compare=False)
     course_controller: CourseController = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        check_number("knee_bend", self.knee_bend, 0.0, "rad")
-        own = OwnUnits.of(self.controller.robot).fill(self, _OWN)
-        for name in ("shift_time", "height_stiffness", "max_lift"):
-            check_number(name, own[name], 0.0, _OWN[name][0], above=True)
+        fill_shares(self, self.controller.robot)
+        check_fields(self)
         object.__setattr__(self, "mechanics", Mechanics(self.multibody))
-        object.__setattr__(self, "limits", self._limits(own))
+        object.__setattr__(self, "limits", self._limits())
         object.__setattr__(self, "kernels", body_kernels())
-        course = CourseController(own["place_rate"], own["max_correction"], own["max_change"])
+        course = CourseController(self.place_rate, self.max_correction, self.max_change)
         object.__setattr__(self, "course_controller", course)
 
-    def _limits(self, own: dict[str, float]) -> NDArray[np.void]:
-        robot, multibody, gait = self.controller.robot, self.multibody, self.controller.gait
-        limits, legs = new_array(BODY_LIMITS), find_legs(multibody)
+    def _limits(self) -> NDArray[np.void]:
+        robot, multibody, legs = self.controller.robot, self.multibody, find_legs(self.multibody)
         shortest = robot.gait.step_duration[0]
-        limits["omega"], limits["height"] = robot.omega, robot.com_height
-        limits["hip"], limits["mass"] = legs.hip, multibody.mass
-        limits["leg"] = legs.length(self.knee_bend)
-        limits["ankle"], limits["hip_over_com"] = legs.ankle, legs.over_com
-        limits["hip_ahead"] = legs.ahead_of_com
-        for name, value in (
-            ("settle_time", own["settle_time"]),
-            ("shift_time", own["shift_time"]),
-            ("max_lead", own["max_lead"]),
-            ("max_drop", own["max_drop"]),
-            ("stiffness", own["height_stiffness"]),
-            ("max_acceleration", own["max_lift"]),
-            ("sink", own["sink"]),
-            ("period", self.controller.period),
-            ("apex", robot.swing.height),
-            ("landing_velocity", robot.swing.landing_velocity),
-            ("step_duration", gait.step_duration),
-            ("apart", robot.hip + robot.gait.step_y[0]),
-            ("braking", min(robot.swing.max_acceleration, MAX_BRAKING * robot.gravity)),
-            ("touch_force", TOUCH_FORCE * multibody.mass * robot.gravity),
-            ("soon_down", SOON_DOWN * robot.swing.height),
-            ("down", DOWN * robot.swing.height),
-            ("min_rise", MIN_RISE * shortest),
-            ("min_flight", MIN_FLIGHT * shortest),
-        ):
-            limits[name] = value
-        return limits
+        shared = BodyLimits.FIELDS.keys() & declared(self).keys()
+        return BodyLimits(
+            omega=robot.omega,
+            height=robot.com_height,
+            hip=legs.hip,
+            leg=legs.length(self.knee_bend),
+            ankle=legs.ankle,
+            hip_over_com=legs.over_com,
+            hip_ahead=legs.ahead_of_com,
+            mass=multibody.mass,
+            period=self.controller.period,
+            apex=robot.swing.height,
+            landing_velocity=robot.swing.landing_velocity,
+            step_duration=self.controller.gait.step_duration,
+            min_distance=robot.hip + robot.gait.step_y[0],
+            braking=min(robot.swing.max_acceleration, MAX_BRAKING * robot.gravity),
+            touch_force=TOUCH_FORCE * multibody.mass * robot.gravity,
+            soon_down=SOON_DOWN * robot.swing.height,
+            down=DOWN * robot.swing.height,
+            min_rise=MIN_RISE * shortest,
+            min_flight=MIN_FLIGHT * shortest,
+            **{name: getattr(self, name) for name in shared},
+        ).array
 
     def fresh(self) -> Self:
         """The same with a solver that remembers nothing, and room of its own to work in."""
@@ -224,16 +210,14 @@ class BodyControl:
         """One cycle; never raises.
 
         Args:
-            state: of the last cycle.
-            time: now [s].
+            state, time: of the last cycle, and now [s].
             position, velocity: generalised, as estimated; shapes (nq,), (nv,).
             forces: vertical, on left and right sole, shape (2,) [N].
             steering: where to go.
         """
         self.mechanics.update(position, velocity)
         walk, reference = copy_array(state.walk), new_array(BODY_REFERENCE)
-        walk["now"] = time
-        phase = int(walk["phase"][0])
+        walk["now"], phase = time, int(walk["phase"][0])
         if phase != WALK:
             state = self._stand(replace(state, walk=walk), steering, reference)
             phase = int(walk["phase"][0])
@@ -359,7 +343,7 @@ class BodyControl:
         memory = state.memory
         heading = course.heading + turn
         if heading != walk["heading"][0]:
-            # Its memory is of another frame; at a touchdown it holds little that is not seen anew.
+            # Its memory is of another frame; at a touchdown it holds little that is needed.
             walk["heading"], memory = heading, None
         controller, correction = state.controller, state.correction
         if walking:
@@ -385,7 +369,7 @@ class BodyControl:
         """The controller for the velocity of the steering and what holds the place.
 
         A velocity at the edge of what can be walked leaves less room to correct it, or none: then
-        nothing is learnt, and the next correction starts from the one that was used.
+        nothing is integrated, and the next correction starts from the one that was used.
         """
         (x, y), (vx, vy) = correction.total, steering.velocity
         for part in CORRECTED:

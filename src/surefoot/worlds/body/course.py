@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
-from surefoot.dcm.frame_turn import rotated
+from surefoot.geometry import rotated
 from surefoot.worlds.steering import Steering
 
 

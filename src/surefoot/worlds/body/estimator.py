@@ -12,59 +12,66 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from dataclasses import field as attribute
 from functools import cache
-from types import MappingProxyType
 from typing import NamedTuple
 
+import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from surefoot.checks import check_number
 from surefoot.compiled import entry_point, njit
 from surefoot.control.estimator import whole_cycles
+from surefoot.control.fields import (
+    check_fields,
+    declared,
+    described,
+    documented,
+    fill_shares,
+    setting,
+)
 from surefoot.errors import ParameterError
-from surefoot.geometry import rotation_matrix, turned
-from surefoot.record import copy_array, new_array
+from surefoot.geometry import rotate, rotation_matrix
+from surefoot.record import Record, copy_array, field, new_array
 from surefoot.robot.leg_kinematics import LINK, SOLES, find_soles, leg_links
 from surefoot.robot.multibody import Multibody
 from surefoot.robot.own_units import OwnUnits
 from surefoot.robot.robot import STANDARD_GRAVITY
 from surefoot.worlds.body.base_filter import (
     BASE,
-    BASE_NOISE,
+    BaseNoise,
     carry_on,
+    correct_by_feet,
     landing,
-    listen_to_feet,
 )
 from surefoot.worlds.body.readings import (
     FREE,
-    JERK,
     JOINT,
-    OWN_JERK,
+    Jerk,
     all_finite,
     begin,
-    believe_accelerometer,
-    believe_forces,
-    believe_gyro,
-    believe_joints,
     correct_joint,
     predict_joint,
+    take_accelerometer,
+    take_forces,
+    take_gyro,
+    take_joints,
 )
 
-SETTINGS = np.dtype(
-    [
-        ("base", BASE_NOISE),
-        ("rate", "f8"),
-        ("surprise", "f8"),
-        ("landing_surprise", "f8"),
-        ("jerk", JERK),
-        ("delay", "i8"),
-    ]
-)
-"""Noise of the base's filter, of the joints' velocities [rad/s], error of the expected joint
-accelerations, and what is added to it at touchdown [rad/s^2]; what is believed at once, and age of
-the readings in cycles."""
+
+class Settings(Record):
+    """What the estimator knows of sensors, loop and robot."""
+
+    base: BaseNoise = field("", "of the base's filter")
+    rate: float = field("rad/s", "standard deviation of the joints' velocities")
+    surprise: float = field("rad/s^2", "error of the expected joint accelerations")
+    landing_surprise: float = field("rad/s^2", "what is added to it at touchdown")
+    jerk: Jerk = field("", "what is believed at once")
+    delay: int = field("-", "age of the readings in cycles")
+
+
+SETTINGS = Settings.DTYPE
 
 TOUCH = 0.06
 """Part of its load from which on a swinging sole meets the ground: joints are jolted before it is
@@ -77,49 +84,8 @@ that they carry, and are as exact as that part of their range."""
 SETTLING = 0.105
 """Within which a foot comes to rest after touchdown, but for 1 / e of its motion, in 1 / omega."""
 
-_OWN = MappingProxyType(
-    {
-        "surprise": ("rad/s^2", 0.408),
-        "landing_surprise": ("rad/s^2", 4.89),
-        "slip": ("m/s^0.5", 3.34e-4),
-        "light_slip": ("m/s^0.5", 0.2),
-        "landing_slip": ("m/s^0.5", 0.0668),
-        "twist": ("rad/s^0.5", 1.07e-4),
-        "swing_twist": ("rad/s^0.5", 0.0107),
-        "floor": ("m", 0.0125),
-        "force": ("N", FORCE_PART),
-    }
-)
-"""Units of the parameters that follow from the robot, and their defaults in `OwnUnits`."""
-
 BIAS_WALK = 1e-5
 """How a gyroscope's offset wanders [rad/s^1.5]."""
-
-_NOISE = {
-    "encoder": "encoder",
-    "gyro": "gyro",
-    "accelerometer": "accelerometer",
-    "bias": "gyro_bias",
-    "slip": "slip",
-    "light_slip": "light_slip",
-    "landing_slip": "landing_slip",
-    "twist": "twist",
-    "swing_twist": "swing_twist",
-    "floor": "floor",
-    "force": "force",
-    "period": "period",
-}
-"""Fields of `BASE_NOISE` by the parameters they are."""
-
-_UNITS = {
-    "encoder": "rad",
-    "rate": "rad/s",
-    "gyro": "rad/s",
-    "accelerometer": "m/s^2",
-    "gyro_bias": "rad/s",
-    "period": "s",
-}
-"""Of the parameters that sensors or the loop have, the same for every robot."""
 
 
 class BodyReadings(NamedTuple):
@@ -147,8 +113,8 @@ class BodyMemory(NamedTuple):
     """What a `BodyEstimator` remembers: a value, never changed.
 
     Attributes:
-        base: a record of `BASE`, shape (1,).
-        joints: records of `JOINT`, shape (n,).
+        base: a `Base` as an array, shape (1,).
+        joints: `Joint` records, shape (n,).
         expected: accelerations asked for in the last cycles, a ring, flat [m/s^2, rad/s^2].
     """
 
@@ -158,21 +124,18 @@ class BodyMemory(NamedTuple):
 
 
 @njit
-def _filter_base(settings, base, links, angles, gyro, accelerometer, force, feet, past):
-    """Base at the time of the readings; if an encoder is silent, the feet say nothing.
-
-    The readings come as arrays of the robot's length, which no record holds.
-    """
+def _filter_base(settings, base, links, readings, angles, feet, past):
+    """Base at the time of the readings; if an encoder is silent, the feet are left out."""
     noise, R, acceleration = settings.base, np.empty((3, 3)), np.empty(3)
     rotation_matrix(base.orientation, R)
-    believe_gyro(settings, base, gyro, past)
-    believe_accelerometer(settings, base, accelerometer, past, R, acceleration)
+    take_gyro(settings, base, readings.gyro, past)
+    take_accelerometer(settings, base, readings.accelerometer, past, R, acceleration)
     carry_on(base, noise, acceleration)
     if not all_finite(angles):
         return
     soles = np.zeros(1, SOLES)[0]
     find_soles(links, angles, soles)
-    listen_to_feet(base, noise, soles, feet, force)
+    correct_by_feet(base, noise, soles, feet, readings.foot_force)
 
 
 @njit
@@ -194,56 +157,53 @@ def _move(qpos, qvel, acceleration, dt):
     for i in range(3):
         qpos[i] += qvel[i] * dt
         turn[i] = qvel[3 + i] * dt
-    turned(orientation, turn, orientation)
+    rotate(orientation, turn, orientation)
     for k in range(FREE, qvel.shape[0]):
         qpos[1 + k] += qvel[k] * dt
 
 
 @njit
-def _estimate(
-    settings, links, base, joints, expected,
-    angles, velocities, gyro, accelerometer, force, feet, acceleration, qpos, qvel,
-):  # fmt: skip
-    """One cycle; base, joints, expected, qpos and qvel are changed.
-
-    Records and readings, and MuJoCo's arrays of the robot's length, which no record holds.
-    """
-    size, delay = qvel.shape[0], settings[0].delay
-    ring, now = delay + 1, base[0].cycles
+def _estimate(settings, links, memory, readings, feet, acceleration, qpos, qvel):
+    """One cycle; the memory is changed, qpos and qvel are written."""
+    known, base, joints, expected = settings[0], memory.base[0], memory.joints, memory.expected
+    size, delay, noise = qvel.shape[0], known.delay, known.base
+    ring, now = delay + 1, base.cycles
     here = now % ring * size
     for i in range(size):
         expected[here + i] = acceleration[i] if math.isfinite(acceleration[i]) else 0.0
     # The oldest of the ring led to these readings, the others have acted since.
     oldest = (now + 1) % ring * size
     past = expected[oldest : oldest + size]
-    believe_forces(settings[0], base[0], force)
-    believed = np.empty((3, joints.shape[0]))
-    believe_joints(settings[0], joints, angles, velocities, past, believed)
-    _filter_base(settings[0], base[0], links, believed[2], gyro, accelerometer, force, feet, past)
-    noise, fresh = settings[0], 0.0
+    take_forces(known, base, readings.foot_force)
+    taken = np.empty((3, joints.shape[0]))
+    take_joints(known, joints, readings.joint_angles, readings.joint_velocities, past, taken)
+    _filter_base(known, base, links, readings, taken[2], feet, past)
+    fresh = 0.0
     for foot in range(2):
-        fresh = max(fresh, landing(base[0], noise.base, foot))
+        fresh = max(fresh, landing(base, noise, foot))
     for foot in range(2):
-        if feet[foot] == 0 and base[0].load[foot] > TOUCH * noise.base.load:
+        if feet[foot] == 0 and base.load[foot] > TOUCH * noise.load:
             fresh = 1.0
-    surprise = math.sqrt(noise.surprise**2 + (fresh * noise.landing_surprise) ** 2)
+    surprise = math.sqrt(known.surprise**2 + (fresh * known.landing_surprise) ** 2)
     for k in range(joints.shape[0]):
-        predict_joint(joints[k], past[FREE + k], surprise, noise.base.period)
-        correct_joint(joints[k], believed[0, k], believed[1, k], noise.base.encoder, noise.rate)
-    _write(base[0], joints, qpos, qvel)
+        predict_joint(joints[k], past[FREE + k], surprise, noise.period)
+        correct_joint(joints[k], taken[0, k], taken[1, k], noise.encoder, known.rate)
+    _write(base, joints, qpos, qvel)
     for age in range(delay - 1, -1, -1):
         then = (now - age) % ring * size
-        _move(qpos, qvel, expected[then : then + size], settings[0].base.period)
-    base[0].cycles = now + 1
+        _move(qpos, qvel, expected[then : then + size], noise.period)
+    base.cycles = now + 1
 
 
 @cache
 def _compiled() -> tuple[Callable[..., None], Callable[..., None]]:
-    real, whole = np.dtype(np.float64), np.dtype(np.int64)
-    own = (SETTINGS, LINK, BASE, JOINT)
+    vector, named = numba.float64[::1], numba.types.NamedTuple
+    base, joints = (numba.types.Array(numba.from_dtype(kind), 1, "C") for kind in (BASE, JOINT))
+    memory = named((base, joints, vector), BodyMemory)
+    readings = named((numba.float64, *[vector] * 5), BodyReadings)
     return (
-        entry_point(begin, *own, *[real] * 3),
-        entry_point(_estimate, *own, *[real] * 6, whole, *[real] * 3),
+        entry_point(begin, SETTINGS, LINK, memory, readings),
+        entry_point(_estimate, SETTINGS, LINK, memory, readings, np.dtype(np.int64), *[vector] * 3),
     )
 
 
@@ -252,80 +212,79 @@ def _copy(joints: NDArray[np.void]) -> NDArray[np.void]:
     return np.ndarray(len(joints), JOINT, bytearray(joints.tobytes()))
 
 
+@documented
 @dataclass(frozen=True)
 class BodyEstimator:
     """Estimates the state of a robot with a body from its readings.
 
     It is a value like a controller: what it remembers goes through `step`. In the world's frame it
-    starts between its feet, on the floor, heading along x.
-
-    Encoders, tachometers and inertial units are the same parts in every robot, so their noise does
-    not follow from it. What is None does: it is said in `OwnUnits`, of the height h of the CoM and
-    of omega.
-
-    Args:
-        multibody: the robot's mechanism.
-        encoder: standard deviation of a joint's angle [rad].
-        rate: likewise of its velocity [rad/s].
-        gyro: likewise of the angular velocity [rad/s].
-        accelerometer: likewise of the acceleration [m/s^2].
-        gyro_bias: likewise of the gyroscope's constant offset, which is estimated [rad/s].
-        surprise: how wrong expected joint accelerations are, likewise; 0.408 omega^2 [rad/s^2].
-        landing_surprise: what is added to it at touchdown, and fades; 4.89 omega^2 [rad/s^2].
-        slip: random walk of a standing sole; 3.34e-4 h sqrt(omega) [m/s^0.5].
-        light_slip: what is added to it when no weight is on the sole; 0.2 h sqrt(omega)
-            [m/s^0.5].
-        landing_slip: what is added to it at touchdown, and fades; 0.0668 h sqrt(omega) [m/s^0.5].
-        twist: random walk of a sole's heading while both stand; 1.07e-4 sqrt(omega) [rad/s^0.5].
-        swing_twist: what is added to it while the other leg swings; 0.0107 sqrt(omega)
-            [rad/s^0.5].
-        floor: how uneven the floor is where a foot lands, standard deviation; h / 80 [m].
-        force: standard deviation of the force on a sole; 0.3 % of the weight [N].
-        delay: age of the readings, a whole number of periods; 0 predicts nothing [s].
-        period: control period [s].
+    starts between its feet, on the floor, heading along x. Encoders, tachometers and inertial units
+    are the same parts in every robot, so their noise does not follow from it.
 
     Raises:
         ParameterError: a value is out of range, or the delay no whole number of periods.
     """
 
-    multibody: Multibody
-    encoder: float = 0.001
-    rate: float = 0.1
-    gyro: float = 0.005
-    accelerometer: float = 0.1
-    gyro_bias: float = 0.005
-    surprise: float | None = None
-    landing_surprise: float | None = None
-    slip: float | None = None
-    light_slip: float | None = None
-    landing_slip: float | None = None
-    twist: float | None = None
-    swing_twist: float | None = None
-    floor: float | None = None
-    force: float | None = None
-    delay: float = 0.0
-    period: float = 0.001
-    settings: NDArray[np.void] = field(init=False, repr=False, compare=False)
-    links: NDArray[np.void] = field(init=False, repr=False, compare=False)
+    multibody: Multibody = attribute(metadata=described("the robot's mechanism"))
+    encoder: float = setting(0.001, "rad", "standard deviation of a joint's angle", above=0.0)
+    rate: float = setting(0.1, "rad/s", "likewise of its velocity", above=0.0)
+    gyro: float = setting(0.005, "rad/s", "likewise of the angular velocity", above=0.0)
+    accelerometer: float = setting(0.1, "m/s^2", "likewise of the acceleration", above=0.0)
+    gyro_bias: float = setting(
+        0.005, "rad/s", "likewise of the gyroscope's constant offset, which is estimated", above=0.0
+    )
+    surprise: float = setting(
+        None,
+        "rad/s^2",
+        "error of the expected joint accelerations, likewise",
+        share=0.408,
+        above=0.0,
+    )
+    landing_surprise: float = setting(
+        None, "rad/s^2", "what is added to it at touchdown, and fades", share=4.89, above=0.0
+    )
+    slip: float = setting(
+        None, "m/s^0.5", "random walk of a standing sole", share=3.34e-4, above=0.0
+    )
+    light_slip: float = setting(
+        None, "m/s^0.5", "what is added to it when no weight is on the sole", share=0.2, above=0.0
+    )
+    landing_slip: float = setting(
+        None, "m/s^0.5", "what is added to it at touchdown, and fades", share=0.0668, above=0.0
+    )
+    twist: float = setting(
+        None, "rad/s^0.5", "random walk of a sole's heading while both stand", share=1.07e-4,
+        above=0.0,
+    )  # fmt: skip
+    swing_twist: float = setting(
+        None, "rad/s^0.5", "what is added to it while the other leg swings", share=0.0107, above=0.0
+    )
+    floor: float = setting(
+        None, "m", "how uneven the floor is where a foot lands, standard deviation", share=0.0125,
+        above=0.0,
+    )  # fmt: skip
+    force: float = setting(None, "N", "standard deviation of the force on a sole", share=FORCE_PART)
+    delay: float = setting(
+        0.0, "s", "age of the readings, a whole number of periods; 0 predicts nothing"
+    )
+    period: float = setting(0.001, "s", "control period", above=0.0)
+    settings: NDArray[np.void] = attribute(init=False, repr=False, compare=False)
+    links: NDArray[np.void] = attribute(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        for name, unit in _UNITS.items():
-            check_number(name, getattr(self, name), 0.0, unit, above=True)
-        units = OwnUnits.of(self.multibody.robot)
-        for name, value in units.fill(self, _OWN).items():
-            check_number(name, value, 0.0, _OWN[name][0], above=name != "force")
-        settings = new_array(SETTINGS)
-        for name, source in _NOISE.items():
-            settings["base"][name] = getattr(self, source)
+        robot = self.multibody.robot
+        fill_shares(self, robot)
+        check_fields(self)
+        units, settings = OwnUnits.of(robot), new_array(SETTINGS)
+        for record, kind in ((settings["base"], BaseNoise), (settings, Settings)):
+            for name in kind.FIELDS.keys() & declared(self).keys() - {"delay"}:
+                record[name] = getattr(self, name)
         settings["base"]["bias_walk"] = BIAS_WALK
-        weight = self.multibody.mass * STANDARD_GRAVITY
-        settings["base"]["load"] = 0.5 * weight
+        settings["base"]["load"] = 0.5 * self.multibody.mass * STANDARD_GRAVITY
         settings["base"]["settling"] = SETTLING * units.time
-        for name in ("rate", "surprise", "landing_surprise"):
-            settings[name] = getattr(self, name)
-        for name, (unit, value) in OWN_JERK.items():
+        for name, it in Jerk.FIELDS.items():
             time = self.period if name in ("turning", "angle") else 1.0
-            settings["jerk"][name] = value * units.one(unit) * time
+            settings["jerk"][name] = it.default * units.one(it.unit) * time
         settings["delay"] = whole_cycles(self.delay, self.period)
         object.__setattr__(self, "settings", settings)
         object.__setattr__(self, "links", leg_links(self.multibody))
@@ -344,15 +303,11 @@ class BodyEstimator:
                 raise ParameterError(
                     f"`{name}` of shape {shape}, finite, to start with",
                     repr(reading),
-                    "wait until the sensors tell something",
+                    "wait until the sensors measure",
                 )
         ring = (int(self.settings["delay"][0]) + 1) * (FREE + joints)
         memory = BodyMemory(new_array(BASE), np.zeros(joints, JOINT), np.zeros(ring))
-        angles, velocities, _, accelerometer, _ = values
-        start, _ = _compiled()
-        start(
-            self.settings, self.links, memory.base, memory.joints, angles, velocities, accelerometer
-        )
+        _compiled()[0](self.settings, self.links, memory, readings)
         return memory
 
     def step(
@@ -373,12 +328,8 @@ class BodyEstimator:
             expected: accelerations that the controller asked for since the cycle before, shape
                 (nv,) like qvel; zeros if unknown.
         """
-        base, joints, past = memory
-        base, joints, past = copy_array(base), _copy(joints), past.copy()
+        base, joints, expected_before = memory
+        memory = BodyMemory(copy_array(base), _copy(joints), expected_before.copy())
         qpos, qvel = np.empty(FREE + 1 + len(joints)), np.empty(FREE + len(joints))
-        _compiled()[1](
-            self.settings, self.links, base, joints, past,
-            readings.joint_angles, readings.joint_velocities, readings.gyro, readings.accelerometer,
-            readings.foot_force, feet, expected, qpos, qvel,
-        )  # fmt: skip
-        return qpos, qvel, BodyMemory(base, joints, past)
+        _compiled()[1](self.settings, self.links, memory, readings, feet, expected, qpos, qvel)
+        return qpos, qvel, memory

@@ -1,49 +1,46 @@
 """The seams of a body: state in and motor commands out, and the reference and the joints between.
 
 A `BodyController` is given the state of a body and answers with a `JointCommand`, in a simulator or
-on a robot. Inside, a `BODY_REFERENCE` says what the body is to do until the next cycle; it is made
+on a robot. Inside, a `BodyReference` says what the body is to do until the next cycle; it is made
 from a `Command`, the same that drives the point mass, and a `JointMapping` carries it out.
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Protocol, Self, runtime_checkable
+from typing import Any, Protocol, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from surefoot.interface import Command, Controller, Observation
+from surefoot.interface import Controller
+from surefoot.record import Array, Record, Vector2, Vector3, field
+from surefoot.robot.multibody import Multibody
+from surefoot.worlds.body.mechanics import Mechanics
 from surefoot.worlds.steering import Steering
 
-if TYPE_CHECKING:
-    # A trace of a walk is read without MuJoCo too.
-    from surefoot.robot.multibody import Multibody
-    from surefoot.worlds.body.mechanics import Mechanics
+
+class BodyReference(Record):
+    """What a body is to do until the next cycle, in the world's frame.
+
+    With one foot on the ground it is the ZMP that counts for the CoM's horizontal motion, and with
+    two the acceleration; of the CoM itself only the height is wanted, the rest is where it is now.
+    """
+
+    stands: Array = field("", "which soles carry, left and right: 1 or 0", shape=2, kind=int)
+    zmp: Vector2 = field("m", "where the ground should push (x, y)")
+    com: Vector3 = field("m", "centre of mass")
+    com_velocity: Vector3 = field("m/s", "its velocity")
+    com_acceleration: Vector3 = field("m/s^2", "its acceleration")
+    swing_foot: Vector3 = field("m", "centre of the swinging sole")
+    swing_foot_velocity: Vector3 = field("m/s", "its velocity")
+    swing_foot_acceleration: Vector3 = field("m/s^2", "its acceleration")
+    swing_yaw: float = field("rad", "its heading")
+    swing_yaw_rate: float = field("rad/s", "and how fast that changes")
+    trunk: Vector3 = field("rad", "roll, pitch and yaw of the trunk")
+    trunk_yaw_rate: float = field("rad/s", "of the trunk's heading")
 
 
-BODY_REFERENCE = np.dtype(
-    [
-        ("stands", "i8", (2,)),
-        ("zmp", "f8", (2,)),
-        ("com", "f8", (3,)),
-        ("com_velocity", "f8", (3,)),
-        ("com_acceleration", "f8", (3,)),
-        ("swing_foot", "f8", (3,)),
-        ("swing_foot_velocity", "f8", (3,)),
-        ("swing_foot_acceleration", "f8", (3,)),
-        ("swing_yaw", "f8"),
-        ("swing_yaw_rate", "f8"),
-        ("trunk", "f8", (3,)),
-        ("trunk_yaw_rate", "f8"),
-    ],
-)
-"""Which soles carry, left and right (1 or 0); where the ground should push [m]; CoM [m], velocity
-and acceleration; centre of the swinging sole likewise; its heading [rad] and turning rate [rad/s];
-roll, pitch and yaw of the trunk [rad] and its turning rate [rad/s].
-
-With one foot on the ground it is the ZMP that counts for the CoM's horizontal motion, and with two
-the acceleration; kinematic playback uses the CoM itself.
-"""
+BODY_REFERENCE = BodyReference.DTYPE
 
 
 class JointCommand:
@@ -71,16 +68,20 @@ class JointCommand:
         self.status = 1
 
 
-@runtime_checkable
+JointMemory = dict[str, NDArray[Any]]
+"""What a mapping remembers from cycle to cycle, arrays by name, never changed in place; empty if
+nothing."""
+
+
 class JointMapping(Protocol):
     """Anything that turns a reference into motor commands.
 
-    Leaves: `worlds.body.inverse_dynamics` for torque-controlled robots,
-    `worlds.body.inverse_kinematics` for playback.
+    Leaves: `worlds.body.inverse_dynamics` for torque-controlled robots, `worlds.body.com_jacobian`
+    for robots with position servos; `worlds.body.mapping` finds them by name.
     """
 
-    def start(self) -> Any:
-        """What it remembers before the first cycle of a walk; None if it remembers nothing."""
+    def start(self) -> JointMemory:
+        """What it remembers before the first cycle of a walk."""
         ...
 
     def joints(
@@ -88,13 +89,13 @@ class JointMapping(Protocol):
         mechanics: Mechanics,
         reference: NDArray[np.void],
         forces: NDArray[np.float64],
-        memory: Any,
-    ) -> tuple[JointCommand, Any]:
+        memory: JointMemory,
+    ) -> tuple[JointCommand, JointMemory]:
         """The command for one cycle, and what to remember; never raises.
 
         Args:
             mechanics: at the state that was estimated.
-            reference: a `BODY_REFERENCE` record, shape (1,).
+            reference: a `BodyReference` as an array, shape (1,).
             forces: vertical, on left and right sole, shape (2,) [N].
             memory: of the last cycle, or of `start`; a value.
         """
@@ -105,42 +106,12 @@ class JointMapping(Protocol):
         ...
 
 
-class BodyControllerState(Protocol):
-    """What evolves in a `BodyController`; a value."""
-
-    @property
-    def walk(self) -> NDArray[np.void]:
-        """A record, shape (1,), with these fields among others.
-
-        `phase`; `support`, 0 or 1 for the left or the right foot; `steps` done; `began`, when the
-        step began [s]; `heading` of the frame that the controller walks in [rad]; `swing_foot`,
-        reference of the swinging sole (x, y in the world, z over the standing one) [m].
-        """
-        ...
-
-    @property
-    def observation(self) -> Observation:
-        """What the controller was given last, in its frame."""
-        ...
-
-    @property
-    def command(self) -> Command:
-        """What it answered, likewise."""
-        ...
-
-    @property
-    def controller(self) -> Controller:
-        """What decides about steps, for the velocity of now."""
-        ...
-
-    @property
-    def course(self) -> Any:
-        """Where the robot should be: `place` (x, y) [m] and `heading` [rad]."""
-        ...
-
-
 class BodyController(Protocol):
-    """Anything that walks a body; `worlds.body.controller.BodyControl` does."""
+    """Anything that walks a body, such as `worlds.body.controller.BodyControl`.
+
+    States have the attributes `walk` (with the fields of `BodyWalk` that are recorded),
+    `controller` (for the velocity of now), `observation`, `command` and `course` of a `BodyState`.
+    """
 
     @property
     def controller(self) -> Controller:
@@ -153,7 +124,7 @@ class BodyController(Protocol):
         ...
 
     def start(self) -> Any:
-        """The state of a body that stands on both feet; a `BodyControllerState`."""
+        """The state of a body that stands on both feet."""
         ...
 
     def step(

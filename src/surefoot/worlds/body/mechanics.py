@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cache
+from typing import NamedTuple
 
 import mujoco
 import numba
@@ -15,54 +16,76 @@ import numpy as np
 from numpy.typing import NDArray
 
 from surefoot.compiled import entry_point, njit
-from surefoot.record import new_array
+from surefoot.record import Array, Record, Vector3, field, new_array
 from surefoot.robot.multibody import Multibody
 
-MOTION = np.dtype(
-    [
-        ("com", "f8", (3,)),
-        ("com_velocity", "f8", (3,)),
-        ("angular_momentum", "f8", (3,)),
-        ("sole_position", "f8", (2, 3)),
-        ("sole_axes", "f8", (2, 3, 3)),
-        ("sole_velocity", "f8", (2, 6)),
-        ("sole_drift", "f8", (2, 6)),
-        ("base_axes", "f8", (3, 3)),
-    ]
-)
-"""What is of the same size for every mechanism; see `Mechanics`."""
+
+class Motion(Record):
+    """The part of a mechanism's motion that has the same size for every robot, in world axes."""
+
+    com: Vector3 = field("m", "centre of mass")
+    com_velocity: Vector3 = field("m/s", "its velocity")
+    angular_momentum: Vector3 = field("kg m^2/s", "about the CoM")
+    sole_position: Array = field("m", "centres of the soles, left and right", shape=(2, 3))
+    sole_axes: Array = field("-", "axes of the soles as columns", shape=(2, 3, 3))
+    sole_velocity: Array = field("m/s, rad/s", "J v, linear then angular", shape=(2, 6))
+    sole_drift: Array = field("m/s^2, rad/s^2", "dJ/dt v", shape=(2, 6))
+    base_axes: Array = field("-", "axes of the base as columns", shape=(3, 3))
+
+
+MOTION = Motion.DTYPE
+
+
+class _Sources(NamedTuple):
+    """Arrays of MuJoCo's, which are read where they lie; its names."""
+
+    cdof: NDArray[np.float64]
+    cdof_dot: NDArray[np.float64]
+    cvel: NDArray[np.float64]
+    site_xpos: NDArray[np.float64]
+    site_xmat: NDArray[np.float64]
+    xmat: NDArray[np.float64]
+    subtree_com: NDArray[np.float64]
+    subtree_linvel: NDArray[np.float64]
+    subtree_angmom: NDArray[np.float64]
+
+
+class _Legs(NamedTuple):
+    """Sites of the soles and bodies of the feet, shape (2,); `_chain` of each foot; the base."""
+
+    soles: NDArray[np.int64]
+    feet: NDArray[np.int64]
+    left: NDArray[np.int64]
+    right: NDArray[np.int64]
+    base: int
 
 
 @njit
-def _move(
-    sites, base, velocity, jacobian, rate, places, axes, frames, com, speed, momentum, motion
-):  # fmt: skip
-    """Write the `MOTION` record, and nothing else.
-
-    The other arguments are arrays of MuJoCo's, which are read where they lie.
-    """
-    out = motion[0]
+def _move(legs, sources, velocity, jacobian, rate, motion):
+    """Write the `Motion`, and nothing else."""
+    base = legs.base
     for i in range(3):
-        out.com[i], out.com_velocity[i] = com[base, i], speed[base, i]
-        out.angular_momentum[i] = momentum[base, i]
+        motion.com[i] = sources.subtree_com[base, i]
+        motion.com_velocity[i] = sources.subtree_linvel[base, i]
+        motion.angular_momentum[i] = sources.subtree_angmom[base, i]
         for k in range(3):
-            out.base_axes[i, k] = frames[base, 3 * i + k]
+            motion.base_axes[i, k] = sources.xmat[base, 3 * i + k]
     for side in range(2):
-        site = sites[side]
+        site = legs.soles[side]
         for i in range(3):
-            out.sole_position[side, i] = places[site, i]
+            motion.sole_position[side, i] = sources.site_xpos[site, i]
             for k in range(3):
-                out.sole_axes[side, i, k] = axes[site, 3 * i + k]
+                motion.sole_axes[side, i, k] = sources.site_xmat[site, 3 * i + k]
         for i in range(6):
             v = drift = 0.0
             for c in range(velocity.shape[0]):
                 v += jacobian[side, i, c] * velocity[c]
                 drift += rate[side, i, c] * velocity[c]
-            out.sole_velocity[side, i], out.sole_drift[side, i] = v, drift
+            motion.sole_velocity[side, i], motion.sole_drift[side, i] = v, drift
 
 
 @njit
-def _turn_rate(velocity, axis, out):
+def _rotate_rate(velocity, axis, out):
     """Write the rate of an axis of rotation that moves with a body, both about the same point."""
     w, v = velocity[:3], velocity[3:]
     r, m = axis[:3], axis[3:]
@@ -73,12 +96,12 @@ def _turn_rate(velocity, axis, out):
 
 
 @njit
-def _differentiate(chain, axes, rates, speeds, com, place, foot, jacobian, rate):
+def _differentiate(chain, sources, base, site, foot, jacobian, rate):
     """Write J and dJ/dt of a point of a foot, from the axes of motion of the joints above it.
 
-    Both are what `mj_jacSite` and `mj_jacDot` give, to the bit and in a fifth of the time. Most
-    arguments are arrays of MuJoCo's, which are read where they lie.
+    Both are what `mj_jacSite` and `mj_jacDot` give, to the bit and in a fifth of the time.
     """
+    place, com, speeds = sources.site_xpos[site], sources.subtree_com[base], sources.cvel
     c, own, point, out = speeds[foot], np.empty(6), np.empty(3), np.empty(3)
     for i in range(3):
         out[i] = place[i] - com[i]
@@ -86,11 +109,11 @@ def _differentiate(chain, axes, rates, speeds, com, place, foot, jacobian, rate)
         j, k = (i + 1) % 3, (i + 2) % 3
         point[i] = c[3 + i] - (out[j] * c[k] - out[k] * c[j])
     for n in range(chain.shape[0]):
-        dof, turns_with = chain[n, 0], chain[n, 1]
-        axis = axes[dof]
-        own[:] = rates[dof]
-        if turns_with >= 0:
-            _turn_rate(speeds[turns_with], axis, own)
+        dof, rotates_with = chain[n, 0], chain[n, 1]
+        axis = sources.cdof[dof]
+        own[:] = sources.cdof_dot[dof]
+        if rotates_with >= 0:
+            _rotate_rate(speeds[rotates_with], axis, own)
         for i in range(3):
             j, k = (i + 1) % 3, (i + 2) % 3
             jacobian[3 + i, dof], rate[3 + i, dof] = axis[i], own[i]
@@ -103,32 +126,22 @@ def _differentiate(chain, axes, rates, speeds, com, place, foot, jacobian, rate)
 
 
 @njit
-def _describe(
-    sites, feet, left, right, base, velocity, jacobian, rate,
-    axes, rates, speeds, places, frames, turns, com, speed, momentum, motion,
-):  # fmt: skip
-    """Write the motion of base and soles.
-
-    Most arguments are arrays of MuJoCo's, which are read where they lie.
-    """
+def _describe(legs, sources, velocity, jacobian, rate, motion):
+    """Write the Jacobians of the soles, their rates, and the motion of base and soles."""
     for side in range(2):
-        _differentiate(
-            left if side == 0 else right, axes, rates, speeds, com[base], places[sites[side]],
-            feet[side], jacobian[side], rate[side],
-        )  # fmt: skip
-    _move(
-        sites, base, velocity, jacobian, rate, places, frames, turns, com, speed, momentum, motion
-    )  # fmt: skip
+        chain = legs.left if side == 0 else legs.right
+        site, foot = legs.soles[side], legs.feet[side]
+        _differentiate(chain, sources, legs.base, site, foot, jacobian[side], rate[side])
+    _move(legs, sources, velocity, jacobian, rate, motion[0])
 
 
 @cache
 def _compiled() -> Callable[..., None]:
     vector, matrix, cube = numba.float64[::1], numba.float64[:, ::1], numba.float64[:, :, ::1]
-    whole, table = np.dtype(np.int64), numba.int64[:, ::1]
-    return entry_point(
-        _describe, whole, whole, table, table, numba.int64, vector, cube, cube, *[matrix] * 9,
-        MOTION,
-    )  # fmt: skip
+    whole, table = numba.int64[::1], numba.int64[:, ::1]
+    legs = numba.types.NamedTuple((whole, whole, table, table, numba.int64), _Legs)
+    sources = numba.types.NamedUniTuple(matrix, len(_Sources._fields), _Sources)
+    return entry_point(_describe, legs, sources, vector, cube, cube, MOTION)
 
 
 def _chain(model: mujoco.MjModel, foot: int) -> NDArray[np.int64]:
@@ -140,10 +153,10 @@ def _chain(model: mujoco.MjModel, foot: int) -> NDArray[np.int64]:
     while dof >= 0:
         joint = model.dof_jntid[dof]
         # The rotations of a free joint are about axes of the body itself.
-        turns = model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_FREE and (
+        rotates = model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_FREE and (
             dof >= model.jnt_dofadr[joint] + 3
         )
-        rows.append((dof, model.dof_bodyid[dof] if turns else -1))
+        rows.append((dof, model.dof_bodyid[dof] if rotates else -1))
         dof = model.dof_parentid[dof]
     return np.array(rows, np.int64)
 
@@ -160,36 +173,8 @@ class Mechanics:
         bias: forces h that the motors and the ground have to hold against: gravity, Coriolis and
             centrifugal forces, less springs and dampers, shape (nv,).
         sole_jacobian: J of the centres of the soles, linear then angular, shape (2, 6, nv).
-        motion: a `MOTION` record, shape (1,); the rest are views on its fields:
-        sole_position: shape (2, 3) [m].
-        sole_axes: axes of the soles as columns, shape (2, 3, 3).
-        sole_velocity: J v, shape (2, 6) [m/s, rad/s].
-        sole_drift: dJ/dt v, shape (2, 6) [m/s^2, rad/s^2].
-        com, com_velocity: centre of mass, shape (3,) [m, m/s].
-        angular_momentum: angular momentum about the CoM, shape (3,) [kg m^2/s].
-        base_axes: axes of the base as columns, shape (3, 3).
+        motion: a `Motion` as an array, shape (1,); its fields are attributes too.
     """
-
-    def __init__(self, multibody: Multibody) -> None:
-        model = multibody.model
-        self.multibody, self._data = multibody, mujoco.MjData(model)
-        data, nv = self._data, model.nv
-        self.position, self.velocity = data.qpos, data.qvel
-        self.inertia, self.bias = np.zeros((nv, nv)), np.zeros(nv)
-        self.sole_jacobian, rate = np.zeros((2, 6, nv)), np.zeros((2, 6, nv))
-        self.motion = new_array(MOTION)
-        for name in MOTION.names or ():
-            setattr(self, name, self.motion[name][0])
-        self._passive, self._rotors = data.qfrc_passive, np.zeros(nv)
-        left, right = (_chain(model, foot) for foot in multibody.feet)
-        self._arguments = (
-            np.array(multibody.soles, np.int64), np.array(multibody.feet, np.int64), left, right,
-            multibody.base, data.qvel, self.sole_jacobian, rate,
-            data.cdof, data.cdof_dot, data.cvel, data.site_xpos, data.site_xmat, data.xmat,
-            data.subtree_com, data.subtree_linvel, data.subtree_angmom, self.motion,
-        )  # fmt: skip
-        self._describe = _compiled()
-        self.update(multibody.nominal, np.zeros(nv))
 
     com: NDArray[np.float64]
     com_velocity: NDArray[np.float64]
@@ -199,6 +184,26 @@ class Mechanics:
     sole_velocity: NDArray[np.float64]
     sole_drift: NDArray[np.float64]
     base_axes: NDArray[np.float64]
+
+    def __init__(self, multibody: Multibody) -> None:
+        model = multibody.model
+        self.multibody, self._data = multibody, mujoco.MjData(model)
+        data, nv = self._data, model.nv
+        self.position, self.velocity = data.qpos, data.qvel
+        self.inertia, self.bias = np.zeros((nv, nv)), np.zeros(nv)
+        self.sole_jacobian, self.motion = np.zeros((2, 6, nv)), new_array(MOTION)
+        for name in Motion.FIELDS:
+            setattr(self, name, self.motion[name][0])
+        self._passive, self._rotors = data.qfrc_passive, np.zeros(nv)
+        soles, feet = np.array(multibody.soles, np.int64), np.array(multibody.feet, np.int64)
+        left, right = (_chain(model, foot) for foot in multibody.feet)
+        self._arguments = (
+            _Legs(soles, feet, left, right, multibody.base),
+            _Sources(*(getattr(data, name) for name in _Sources._fields)),
+            data.qvel, self.sole_jacobian, np.zeros((2, 6, nv)), self.motion,
+        )  # fmt: skip
+        self._describe = _compiled()
+        self.update(multibody.nominal, np.zeros(nv))
 
     def update(self, position: NDArray[np.float64], velocity: NDArray[np.float64]) -> None:
         """Compute everything at another state.

@@ -12,12 +12,14 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from surefoot.checks import check_most, check_number, check_seed
+from surefoot.checks import check_most, check_seed
 from surefoot.compiled import njit
+from surefoot.control.fields import check_fields, documented, setting
 from surefoot.dcm.pushes import Push, acting_force
+from surefoot.robot.feet import FEET
 from surefoot.robot.floor import check_height, scattered_boards
 from surefoot.robot.motors import motor_torques
-from surefoot.robot.multibody import SIDES, Multibody, load_multibody
+from surefoot.robot.multibody import Multibody, load_multibody
 from surefoot.worlds.body.interface import JointCommand
 
 STANDS, CROSSED, TOUCHED, TILTED, SUNK = range(5)
@@ -31,32 +33,29 @@ MIN_HEIGHT = 0.65
 """Of the base over the floor, of the nominal one [-]."""
 
 
+@documented
 @dataclass(frozen=True)
 class Surroundings:
     """What a body stands on and carries, and how it differs from what its control believes.
-
-    Args:
-        friction: coefficient of the floor [-].
-        payload: mass fixed to the base, or to `Body.trunk`, at its centre of mass [kg].
-        mass_factor: of all links [-].
-        bumps: height of the highest board that lies on the floor, see `robot.floor`; 0 is flat,
-            0.03 the most [m].
-        seed: of where the boards lie.
 
     Raises:
         ParameterError: a value is out of range.
     """
 
-    friction: float = 0.8
-    payload: float = 0.0
-    mass_factor: float = 1.0
-    bumps: float = 0.0
-    seed: int = 0
+    friction: float = setting(0.8, "-", "coefficient of the floor", above=0.0)
+    payload: float = setting(
+        0.0, "kg", "mass fixed to the base, or to `Body.trunk`, at its centre of mass", least=0.0
+    )
+    mass_factor: float = setting(1.0, "-", "of all links", above=0.0)
+    bumps: float = setting(
+        0.0, "m",
+        "height of the highest board that lies on the floor, see `robot.floor`; 0 is flat, 0.03 "
+        "the most",
+    )  # fmt: skip
+    seed: int = setting(0, "", "of where the boards lie")
 
     def __post_init__(self) -> None:
-        check_number("friction", self.friction, 0.0, "-", above=True)
-        check_number("payload", self.payload, 0.0, "kg")
-        check_number("mass_factor", self.mass_factor, 0.0, "-", above=True)
+        check_fields(self)
         check_height("bumps", self.bumps)
         check_seed(self.seed)
 
@@ -118,7 +117,7 @@ class BodyPlant:
         self.position, self.velocity, self._sensed = data.qpos, data.qvel, data.sensordata
         self.torque = np.zeros(len(multibody.motors))
         geoms = [self.model.geom(index).name for index in range(self.model.ngeom)]
-        soles = {f"{side}_sole" for side in SIDES}
+        soles = {f"{side}_sole" for side in FEET}
         self._is_sole = np.array([name in soles for name in geoms])
         self._is_floor = self.model.geom_bodyid == 0
         self._upright = data.xmat[multibody.base]
@@ -126,7 +125,7 @@ class BodyPlant:
         self._most = np.minimum(multibody.torque, 1e9)
         self._fastest = np.minimum(multibody.speed, 1e9)
         self._force = data.xfrc_applied[multibody.trunk]
-        self._touch = np.array([self.model.sensor(f"{side}_touch").adr[0] for side in SIDES])
+        self._touch = np.array([self.model.sensor(f"{side}_touch").adr[0] for side in FEET])
         self.cycle = 0
         mujoco.mj_step1(self.model, data)
 

@@ -11,7 +11,7 @@ smooths without a lag:
 
     velocity <- velocity + a dt,    angle <- angle + velocity dt,
 
-where a is wrong by white noise. An impact, or a foot that tips over an edge, is not expected. It
+where a has an error of white noise. An impact, or a foot that tips over an edge, is unexpected. It
 shows in the velocity's innovation, averaged over the last few cycles: where that is more than
 `TRUSTED` of its standard deviations, the velocity is made as uncertain as the average is large,
 and follows the measurement.
@@ -24,7 +24,8 @@ import math
 import numpy as np
 
 from surefoot.compiled import njit
-from surefoot.geometry import rotation_matrix, turned
+from surefoot.geometry import rotate, rotation_matrix
+from surefoot.record import Array, Record, Vector3, field
 from surefoot.robot.leg_kinematics import SOLES, find_soles
 from surefoot.robot.robot import STANDARD_GRAVITY
 from surefoot.worlds.body.base_filter import BIAS, POSITION, TILT, VELOCITY, put_foot
@@ -32,30 +33,28 @@ from surefoot.worlds.body.base_filter import BIAS, POSITION, TILT, VELOCITY, put
 FREE = 6
 """Degrees of freedom of the base, in front of those of the joints."""
 
-JERK = np.dtype(
-    [
-        (name, "f8")
-        for name in ("turning", "acceleration", "rate", "angle", "force", "velocity", "tilt")
-    ]
-)
-"""How far blows and impacts take a reading from what is expected, within one cycle, as standard
-deviations: of the gyroscope [rad/s], the accelerometer [m/s^2], tachometers [rad/s] and encoders
-[rad]; largest force on a sole [N]; and by how much velocity [m/s] and lean [rad] are less certain,
-at most, where a reading was not believed."""
 
-OWN_JERK = {
-    "turning": ("rad/s^2", 12.0),
-    "acceleration": ("m/s^2", 0.5),
-    "rate": ("rad/s", 1.0),
-    "angle": ("rad/s", 2.0),
-    "force": ("N", 10.0),
-    "velocity": ("m/s", 0.05),
-    "tilt": ("-", 0.003),
-}
-"""Likewise in `OwnUnits`; of turning and angles per second, since they take time. In landings and
-strong pushes of 0.2 s the largest of five robots were a tenth (gyroscope) to four fifths
-(accelerometer) of what is believed at once. Blows of 5 ms exceed it, and are believed a few cycles
-later."""
+class Jerk(Record):
+    """How far blows and impacts take a reading from what is expected, within one cycle.
+
+    Standard deviations, with defaults in `OwnUnits`; of turning and angles per second, since they
+    take time. In landings and strong pushes of 0.2 s the largest of five robots were a tenth
+    (gyroscope) to four fifths (accelerometer) of what is believed at once. Blows of 5 ms exceed it,
+    and are believed a few cycles later.
+    """
+
+    turning: float = field("rad/s^2", "of the gyroscope", default=12.0)
+    acceleration: float = field("m/s^2", "of the accelerometer", default=0.5)
+    rate: float = field("rad/s", "of tachometers", default=1.0)
+    angle: float = field("rad/s", "of encoders", default=2.0)
+    force: float = field("N", "largest force on a sole", default=10.0)
+    velocity: float = field(
+        "m/s", "by how much the velocity is less certain, at most, without a reading", default=0.05
+    )
+    tilt: float = field("-", "likewise the lean", default=0.003)
+
+
+JERK = Jerk.DTYPE
 
 TRUSTED = 4.5
 """Standard deviations beyond which a reading, or an expected acceleration, is not believed."""
@@ -70,18 +69,20 @@ is below 0, the root t = 1.95 of e^-t (1 / 2 + e^(t^2 / 2) Phi(t)) = 1 bounds ho
 far, by e^(-10 t) = 3e-9 a cycle: once in four days of a loop of 1 kHz. A force of 11 standard
 deviations is believed at once, one of 5 in 3 cycles."""
 
-JOINT = np.dtype(
-    [
-        ("angle", "f8"),
-        ("velocity", "f8"),
-        ("covariance", "f8", (3,)),
-        ("surprise", "f8"),
-        ("doubts", "i8", (2,)),
-    ]
-)
-"""A joint: angle [rad], velocity [rad/s], covariance: of the angle, of both, of the velocity; the
-average innovation of the velocity [rad/s]; how many readings of angle and velocity in a row have
-not been believed."""
+
+class Joint(Record):
+    """A joint's filter."""
+
+    angle: float = field("rad", "estimate")
+    velocity: float = field("rad/s", "estimate")
+    covariance: Vector3 = field("", "of the angle, of both, of the velocity")
+    surprise: float = field("rad/s", "average innovation of the velocity")
+    doubts: Array = field(
+        "-", "how many readings of angle and velocity in a row were left out", shape=2, kind=int
+    )
+
+
+JOINT = Joint.DTYPE
 
 FRESH = 0.3
 """Share of the last innovation in the average."""
@@ -91,18 +92,19 @@ _LEAST = TRUSTED * math.sqrt(FRESH / (2.0 - FRESH))
 
 
 @njit
-def begin(settings, links, base, joints, angles, velocities, accelerometer):
+def begin(settings, links, memory, readings):
     """Both feet stand: the middle of the soles is the origin, and the base heads along x."""
     noise, soles, R = settings[0].base, np.zeros(1, SOLES)[0], np.empty((3, 3))
-    state, c = base[0], base[0].covariance
-    x, y, z = accelerometer[0], accelerometer[1], accelerometer[2]
+    state, joints, force = memory.base[0], memory.joints, readings.accelerometer
+    angles, c = readings.joint_angles, state.covariance
+    x, y, z = force[0], force[1], force[2]
     upright, level = np.array((1.0, 0.0, 0.0, 0.0)), np.array((0.0, 0.0, 0.0))
     level[1] = math.atan2(-x, math.sqrt(y * y + z * z))
-    turned(upright, level, state.orientation)
+    rotate(upright, level, state.orientation)
     level[0], level[1] = math.atan2(y, z), 0.0
-    turned(state.orientation, level, state.orientation)
+    rotate(state.orientation, level, state.orientation)
     for k in range(joints.shape[0]):
-        joints[k].angle, joints[k].velocity = angles[k], velocities[k]
+        joints[k].angle, joints[k].velocity = angles[k], readings.joint_velocities[k]
         joints[k].covariance[0] = settings[0].base.encoder ** 2
         joints[k].covariance[2] = settings[0].rate ** 2
     find_soles(links, angles, soles)
@@ -110,7 +112,7 @@ def begin(settings, links, base, joints, angles, velocities, accelerometer):
     for i in range(3):
         for k in range(3):
             state.position[i] -= 0.5 * R[i, k] * (soles.position[0, k] + soles.position[1, k])
-        c[BIAS + i, BIAS + i] = noise.bias**2
+        c[BIAS + i, BIAS + i] = noise.gyro_bias**2
     _lean(c, state.position, noise.accelerometer / STANDARD_GRAVITY)
     for foot in range(2):
         put_foot(state, noise, soles, foot)
@@ -118,7 +120,7 @@ def begin(settings, links, base, joints, angles, velocities, accelerometer):
 
 @njit
 def _lean(c, arm, lean):
-    """A lean that is wrong moves the base, `arm` over its soles, whose middle is known."""
+    """An error of the lean moves the base, `arm` over its soles, whose middle is known."""
     h = np.zeros((3, 2))
     h[0, 1], h[1, 0], h[2, 0], h[2, 1] = arm[2], -arm[2], arm[1], -arm[0]
     for j in range(2):
@@ -151,7 +153,7 @@ def _is_doubtful(off, variance, base, channel):
 
 
 @njit
-def believe_gyro(settings, base, gyro, past):
+def take_gyro(settings, base, gyro, past):
     """Angular velocity of the base; one that is not measured, or not believed, is as expected.
 
     Where readings are believed late, what they said meanwhile is made up for.
@@ -175,11 +177,11 @@ def believe_gyro(settings, base, gyro, past):
         base.turning[i] += off[i]
         turn[i] = base.withheld[0, i] * noise.period if late else 0.0
         base.withheld[0, i] = 0.0
-    turned(base.orientation, turn, base.orientation)
+    rotate(base.orientation, turn, base.orientation)
 
 
 @njit
-def believe_accelerometer(settings, base, accelerometer, past, R, acceleration):
+def take_accelerometer(settings, base, accelerometer, past, R, acceleration):
     """Acceleration of the base; one that is not measured, or not believed, is as expected.
 
     Where it was not believed, the velocity is less certain, and where it is believed late, what it
@@ -207,25 +209,25 @@ def believe_accelerometer(settings, base, accelerometer, past, R, acceleration):
 
 
 @njit
-def believe_joints(settings, joints, angles, velocities, past, believed):
+def take_joints(settings, joints, angles, velocities, past, taken):
     """Write angles and velocities of the joints that are believed; the others are not a number.
 
     An angle or velocity that is believed late is followed at once.
 
     Args:
-        settings: a `SETTINGS` record.
-        joints: `JOINT` records; only how often they were doubted, and covariances, are changed.
+        settings: `Settings` of the estimator.
+        joints: `Joint` records; only how often they were doubted, and covariances, are changed.
         angles, velocities: as measured.
         past: accelerations that were expected.
-        believed: shape (3, n), written: angles and velocities, and angles that soles follow from.
+        taken: shape (3, n), written: angles and velocities, and angles that soles follow from.
     """
     noise, jerk, dt = settings.base, settings.jerk, settings.base.period
     for k in range(joints.shape[0]):
         joint = joints[k]
         rate = joint.velocity + past[FREE + k] * dt
         angle = joint.angle + rate * dt
-        believed[0, k] = believed[2, k] = angles[k]
-        believed[1, k] = velocities[k]
+        taken[0, k] = taken[2, k] = angles[k]
+        taken[1, k] = velocities[k]
         for which in range(2):
             reading = angles[k] if which == 0 else velocities[k]
             if not math.isfinite(reading):
@@ -242,13 +244,13 @@ def believe_joints(settings, joints, angles, velocities, past, believed):
             if joint.doubts[which] > DOUBTS:
                 joint.covariance[here] += off * off
             else:
-                believed[which, k] = math.nan
+                taken[which, k] = math.nan
                 if which == 0:
-                    believed[2, k] = angle
+                    taken[2, k] = angle
 
 
 @njit
-def believe_forces(settings, base, force):
+def take_forces(settings, base, force):
     """The force on each sole that noise does not explain.
 
     One that is not finite, or that no robot of this weight stands on, is held.
@@ -274,7 +276,7 @@ def predict_joint(joint, acceleration, surprise, dt):
     """One period of motion.
 
     Args:
-        joint: a `JOINT` record, changed.
+        joint: a `Joint`, changed.
         acceleration: that was expected [rad/s^2].
         surprise: standard deviation of its error [rad/s^2].
         dt: period [s].
@@ -293,7 +295,7 @@ def correct_joint(joint, angle, velocity, encoder, rate):
     """Take both measurements in; one that is not finite is left out.
 
     Args:
-        joint: a `JOINT` record, changed.
+        joint: a `Joint`, changed.
         angle: measured [rad].
         velocity: measured [rad/s].
         encoder: standard deviation of the angle [rad].

@@ -8,10 +8,17 @@ The sole that carries rests and what swings is embedded, so the joints of both l
 together; as long as all rows can be met that is the same as solving for the leg that carries.
 
 Near a straight knee they cannot: the height hardly depends on the knee any more. As in
-[Faraji2017] the straight knee is not avoided, but the vertical task yields. The velocity of a knee
-is weighted against the height, more so the straighter it is (`YIELDING`), so what is lost is
-height and never the feet or the horizontal CoM; far from it nothing is weighted, and all rows are
-met. That source solves for positions; the weights are our choice.
+[Faraji2017] the straight knee is not avoided, but the vertical task yields. The nearer a knee of a
+leg that carries is to straight, the less counts the row of the height, and the more one of its own
+(`KNEE`), which asks for a rate of its bend. With the thigh a, the shank b, the bend \beta and the
+hip at the distance l(\beta) from the ankle,
+
+    l^2 = a^2 + b^2 + 2 a b \cos \beta,    \dot \beta = k (\beta(l(\beta) + u_z / k) - \beta),
+
+where \beta is never less than a guard. Of a bent knee that is the rate which u_z takes; at the
+guard it is 0 for every u_z upwards, and it is finite and without a jump on the way there and back.
+What is lost is height, and never the feet or the horizontal CoM. That source solves for positions
+throughout; the row is our arrangement. The knee of a swinging leg is slowed down near straight.
 """
 
 from __future__ import annotations
@@ -34,15 +41,15 @@ SOLE, SWING, ALONG, HEIGHT, TRUNK = 10.0, 3.0, 1.0, 0.3, 1.0
 velocity, its height, how the trunk turns; of velocities in `OwnUnits`. They matter only where not
 all rows can be met."""
 
-DAMPING = 1e-3
+DAMPING = 3e-4
 """Likewise of every joint's velocity: what is redundant comes to rest."""
 
 STRAIGHT, BENT = 0.05, 0.3
-"""A knee bent by less is straight, one bent by more is not weighted [rad]."""
+"""A knee that is bent by less is straight; one that is bent by more has no row of its own [rad]."""
 
-YIELDING = 0.02
-"""Weight of the velocity of a straight knee of a leg that carries; of the swinging leg, whose sole
-counts more than the height, it is more by as much."""
+KNEE = 0.1
+"""Weight of the row of a straight knee of a leg that carries; of the swinging leg, whose sole
+counts more, it is twice as much."""
 
 
 class LegJoints(Record):
@@ -53,6 +60,8 @@ class LegJoints(Record):
     angle: int = field("", "index of its angle")
     sign: float = field("", "1.0 if a larger angle bends more, else -1.0")
     straight: float = field("rad", "angle at which the leg is straight")
+    thigh: float = field("m", "from hip to knee")
+    shank: float = field("m", "from knee to ankle")
 
 
 class Rows(Record):
@@ -61,6 +70,8 @@ class Rows(Record):
     trunk: float = field("1/s", "of the trunk's lean and heading")
     swing: float = field("1/s", "of the swinging sole's place and lean")
     level: float = field("1/s", "of the lean of a sole that carries")
+    knee: float = field("1/s", "of the bend of a knee that is nearly straight")
+    guard: float = field("rad", "least bend of a knee")
     height: float = field("m", "of the CoM")
     rolls: int = field("", "whether the ankles roll passively")
 
@@ -70,12 +81,33 @@ LEG, ROWS = LegJoints.DTYPE, Rows.DTYPE
 
 
 @njit
-def knee_weight(leg, angle, carries):
-    """What the velocity of a knee counts: nothing, unless it is nearly straight."""
+def bend_rate(rates, leg, bend, upward):
+    """How fast a knee is to bend so that its hip rises, never beyond the guard [rad/s].
+
+    Args:
+        rates: a `Rows` record.
+        leg: a `LegJoints` record.
+        bend: of the knee, 0 if it is straight [rad].
+        upward: velocity of the hip [m/s].
+    """
+    squares, twice = leg.thigh**2 + leg.shank**2, 2.0 * leg.thigh * leg.shank
+    length = math.sqrt(squares + twice * math.cos(bend)) + upward / rates.knee
+    cosine = (max(length, 0.0) ** 2 - squares) / twice
+    wanted = math.acos(min(max(cosine, -1.0), math.cos(rates.guard)))
+    return rates.knee * (wanted - bend)
+
+
+@njit
+def add_knee(rates, leg, angle, carries, upward, hessian, slope):
+    """A knee that is nearly straight has a rate of its own; by how much the height yields to it."""
     bend = leg.sign * (angle - leg.straight)
     part = min(max((BENT - bend) / (BENT - STRAIGHT), 0.0), 1.0)
-    smooth = part * part * (3.0 - 2.0 * part)
-    return YIELDING * smooth * (1.0 if carries else SWING / HEIGHT)
+    straight = part * part * (3.0 - 2.0 * part)
+    weight = KNEE * straight * (1.0 if carries else 2.0)
+    rate = leg.sign * bend_rate(rates, leg, bend, upward) if carries else 0.0
+    hessian[leg.knee, leg.knee] += weight * weight
+    slope[leg.knee] += weight * weight * rate
+    return straight if carries else 0.0
 
 
 @njit
@@ -136,8 +168,12 @@ def add_trunk(rates, reference, axes, base, row, hessian, slope):
 
 
 @njit
-def add_com(rates, reference, motion, jacobian, falls, u, row, hessian, slope):
-    """The CoM moves by u; not across a sole that rolls passively, where it falls."""
+def add_com(rates, reference, motion, jacobian, falls, u, height, row, hessian, slope):
+    """The CoM moves by u; not across a sole that rolls passively, where it falls.
+
+    It writes into the arrays of the program, of the robot's length, which no record holds;
+    `height` is the weight of the last row.
+    """
     h, stance = rates.height, 0 if reference.stands[0] == 1 else 1
     axes = motion.sole_axes[stance]
     yaw = math.atan2(axes[1, 0], axes[0, 0])
@@ -147,7 +183,7 @@ def add_com(rates, reference, motion, jacobian, falls, u, row, hessian, slope):
         for c in range(row.shape[0]):
             row[c] = x * jacobian[0, c] + y * jacobian[1, c]
         add_row(ALONG / h, row, x * u[0] + y * u[1], hessian, slope)
-    add_row(HEIGHT / h, jacobian[2], u[2], hessian, slope)
+    add_row(height / h, jacobian[2], u[2], hessian, slope)
 
 
 @njit
@@ -200,21 +236,22 @@ def resolve(
         out: shape (nv,), written.
     """
     falls = passive.shape[0] > 0 and reference.stands[0] != reference.stands[1]
-    hessian[:, :] = 0.0
+    hessian[:, :], yields = 0.0, 0.0
     out[:] = 0.0
     for i in range(out.shape[0]):
         hessian[i, i] = DAMPING * DAMPING
     for side in range(2):
         add_sole(rates, reference, side, falls, motion, jacobians[side], row, hessian, out)
-        knee = legs[side].knee
-        weight = knee_weight(legs[side], position[legs[side].angle], reference.stands[side] == 1)
-        hessian[knee, knee] += weight * weight
+        carries, angle = reference.stands[side] == 1, position[legs[side].angle]
+        straight = add_knee(rates, legs[side], angle, carries, u[2], hessian, out)
+        yields = max(yields, straight)
     if falls:
         for j in range(passive.shape[0]):
             row[:] = 0.0
             row[passive[j]] = 1.0
             add_row(SOLE, row, velocity[passive[j]], hessian, out)
-    add_com(rates, reference, motion, com_jacobian, falls, u, row, hessian, out)
+    height = HEIGHT * (1.0 - yields)
+    add_com(rates, reference, motion, com_jacobian, falls, u, height, row, hessian, out)
     add_trunk(rates, reference, motion.base_axes, base + 3, row, hessian, out)
     return factor_and_solve(hessian, out)
 
@@ -238,6 +275,7 @@ def find_leg_joints(multibody: Multibody) -> NDArray[np.void]:
         leg["knee"], leg["angle"] = model.jnt_dofadr[pitch[1]], angle
         leg["sign"] = sense * math.copysign(1.0, turned)
         leg["straight"] = multibody.nominal[angle] - sense * turned
+        leg["thigh"], leg["shank"] = np.hypot(*thigh[[0, 2]]), np.hypot(*shank[[0, 2]])
     return found
 
 

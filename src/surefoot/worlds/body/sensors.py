@@ -8,12 +8,14 @@ from dataclasses import dataclass
 from functools import cache, cached_property
 from typing import Any, NamedTuple, Protocol, Self
 
+import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from surefoot.checks import check_number, check_seed
+from surefoot.checks import check_seed
 from surefoot.compiled import entry_point, njit
 from surefoot.control.estimator import whole_cycles
+from surefoot.control.fields import check_fields, documented, setting
 from surefoot.robot.floor import TIME_STEP
 from surefoot.robot.multibody import Multibody
 from surefoot.robot.robot import Robot
@@ -26,21 +28,15 @@ from surefoot.worlds.body.estimator import (
     BodyMemory,
     BodyReadings,
 )
-from surefoot.worlds.body.interface import BodyControllerState, JointCommand
+from surefoot.worlds.body.interface import JointCommand
 from surefoot.worlds.body.plant import BodyPlant
-
-_UNITS = {
-    "encoder": "rad",
-    "rate": "rad/s",
-    "gyro": "rad/s",
-    "accelerometer": "m/s^2",
-    "force": "N",
-    "gyro_bias": "rad/s",
-}
-"""The standard deviations, in the order in which the compiled code takes them."""
 
 _OFFSET_CYCLE = -1
 """Stands for the cycle whose noise is the gyroscope's constant offset."""
+
+
+KNOWN = ("encoder", "rate", "gyro", "accelerometer", "gyro_bias", "force")
+"""Deviations of a `BodyNoise` that an estimator knows, in the order in which kernels take them."""
 
 
 class SensorMemory(NamedTuple):
@@ -56,32 +52,35 @@ class SensorMemory(NamedTuple):
 
 
 @njit
-def _disturb(deviations, seed, cycle, angles, velocities, gyro, accelerometer, force):
+def _disturb(noise, seed, cycle, readings):
     """Add noise to the readings of a cycle, and its offset to the gyroscope."""
-    key = noise_key(seed[0], 0, cycle[0])
-    channel, joints = 0, angles.shape[0]
+    key = noise_key(seed, 0, cycle)
+    channel, joints = 0, readings.joint_angles.shape[0]
     for k in range(joints):
         first, second = normal_pair(key, channel)
-        angles[k] += deviations[0] * first
-        velocities[k] += deviations[1] * second
+        readings.joint_angles[k] += noise[0] * first
+        readings.joint_velocities[k] += noise[1] * second
         channel += 1
-    offset = noise_key(seed[0], 0, _OFFSET_CYCLE)
+    offset = noise_key(seed, 0, _OFFSET_CYCLE)
     for i in range(3):
         first, second = normal_pair(key, channel)
-        gyro[i] += deviations[2] * first + deviations[5] * normal_pair(offset, i)[0]
-        accelerometer[i] += deviations[3] * second
+        readings.gyro[i] += noise[2] * first + noise[4] * normal_pair(offset, i)[0]
+        readings.accelerometer[i] += noise[3] * second
         channel += 1
+    force, deviation = readings.foot_force, noise[5]
     first, second = normal_pair(key, channel)
-    force[0] = max(force[0] + deviations[4] * first, 0.0)
-    force[1] = max(force[1] + deviations[4] * second, 0.0)
+    force[0] = max(force[0] + deviation * first, 0.0)
+    force[1] = max(force[1] + deviation * second, 0.0)
 
 
 @cache
 def _compiled() -> Callable[..., None]:
-    real, whole = np.dtype(np.float64), np.dtype(np.int64)
-    return entry_point(_disturb, real, whole, whole, *[real] * 5)
+    vector = numba.float64[::1]
+    readings = numba.types.NamedTuple((numba.float64, *[vector] * 5), BodyReadings)
+    return entry_point(_disturb, vector, numba.int64, numba.int64, readings)
 
 
+@documented
 @dataclass(frozen=True)
 class BodyNoise:
     """Noise and delay of a body's sensors; white, and the same for the same seed.
@@ -89,35 +88,28 @@ class BodyNoise:
     Encoders and inertial units are the same parts in robots of all sizes, so their noise is
     absolute. Load cells are chosen for the weight that they carry: `of` knows whose they are.
 
-    Args:
-        encoder: standard deviation of joint angles [rad].
-        rate: likewise of joint velocities [rad/s].
-        gyro: likewise of the angular velocity [rad/s].
-        accelerometer: likewise of the acceleration [m/s^2].
-        gyro_bias: likewise of each axis of the gyroscope's constant offset [rad/s].
-        force: likewise of the forces on the soles, which are never below 0; 2 N are those of
-            load cells for 700 N, as a robot of 70 kg has them [N].
-        delay: age of the readings, a whole number of periods [s].
-        seed: of the random numbers, at least 0.
-        period: control period [s].
-
     Raises:
         ParameterError: a value is out of range, or the delay no whole number of periods.
     """
 
-    encoder: float = 0.001
-    rate: float = 0.1
-    gyro: float = 0.005
-    accelerometer: float = 0.1
-    gyro_bias: float = 0.005
-    force: float = 2.0
-    delay: float = 0.0
-    seed: int = 0
-    period: float = TIME_STEP
+    encoder: float = setting(0.001, "rad", "standard deviation of joint angles", least=0.0)
+    rate: float = setting(0.1, "rad/s", "likewise of joint velocities", least=0.0)
+    gyro: float = setting(0.005, "rad/s", "likewise of the angular velocity", least=0.0)
+    accelerometer: float = setting(0.1, "m/s^2", "likewise of the acceleration", least=0.0)
+    gyro_bias: float = setting(
+        0.005, "rad/s", "likewise of each axis of the gyroscope's constant offset", least=0.0
+    )
+    force: float = setting(
+        2.0, "N",
+        "likewise of the forces on the soles, which are never below 0; 2 N are those of load cells "
+        "for 700 N, as a robot of 70 kg has them", least=0.0,
+    )  # fmt: skip
+    delay: float = setting(0.0, "s", "age of the readings, a whole number of periods")
+    seed: int = setting(0, "", "of the random numbers, at least 0")
+    period: float = setting(TIME_STEP, "s", "control period")
 
     def __post_init__(self) -> None:
-        for name, unit in _UNITS.items():
-            check_number(name, getattr(self, name), 0.0, unit)
+        check_fields(self)
         check_seed(self.seed)
         whole_cycles(self.delay, self.period)
 
@@ -133,15 +125,11 @@ class BodyNoise:
 
     @cached_property
     def _deviations(self) -> NDArray[np.float64]:
-        return np.array([getattr(self, name) for name in _UNITS])
+        return np.array([getattr(self, name) for name in KNOWN])
 
     @cached_property
     def _cycles(self) -> int:
         return whole_cycles(self.delay, self.period)
-
-    @cached_property
-    def _seed(self) -> NDArray[np.int64]:
-        return np.array([self.seed])
 
     def start(self) -> SensorMemory:
         """What the sensors remember before the first cycle: nothing."""
@@ -158,18 +146,8 @@ class BodyNoise:
             memory: of the cycle before, or of `start`.
             readings: of perfect sensors.
         """
-        noisy = BodyReadings(
-            readings.time,
-            readings.joint_angles.copy(),
-            readings.joint_velocities.copy(),
-            readings.gyro.copy(),
-            readings.accelerometer.copy(),
-            readings.foot_force.copy(),
-        )
-        _compiled()(
-            self._deviations, self._seed, np.array([memory.cycle]), noisy.joint_angles,
-            noisy.joint_velocities, noisy.gyro, noisy.accelerometer, noisy.foot_force,
-        )  # fmt: skip
+        noisy = BodyReadings(readings.time, *(reading.copy() for reading in readings[1:]))
+        _compiled()(self._deviations, self.seed, memory.cycle, noisy)
         late = (*memory.late, noisy)
         first = late[0]
         if len(late) > self._cycles:
@@ -182,9 +160,6 @@ BOTH = np.array([1, 1])
 
 ONE = (np.array([1, 0]), np.array([0, 1]))
 """The left one does, the right one does."""
-
-KNOWN = ("encoder", "rate", "gyro", "accelerometer", "gyro_bias", "force")
-"""Parameters of a `BodyNoise` that an estimator knows."""
 
 State = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]
 """Generalised position and velocity, and the vertical force on each sole [N]."""
@@ -254,14 +229,18 @@ class BodySensors:
         plant: what is measured.
         noise: of its sensors, none if None.
         estimator: makes a state of what they measure; with None the true state is given.
+
+    Attributes:
+        noise_memory: what the noise remembers.
+        memory: what the estimator does; None before its first cycle.
     """
 
     def __init__(
         self, plant: BodyPlant, noise: SensorNoise | None, estimator: BodyEstimator | None
     ) -> None:
         self.plant, self.noise, self.estimator = plant, noise, estimator
-        self._noise_memory = None if noise is None else noise.start()
-        self._memory: BodyMemory | None = None
+        self.noise_memory = None if noise is None else noise.start()
+        self.memory: BodyMemory | None = None
 
     def measure(self, first: bool = False) -> BodyReadings | None:
         """What the sensors measure in this cycle, or None if the true state is given.
@@ -275,31 +254,29 @@ class BodySensors:
             return None
         readings = measure_standing(self.plant) if first else measure(self.plant)
         if self.noise is not None:
-            readings, self._noise_memory = self.noise.step(self._noise_memory, readings)
+            readings, self.noise_memory = self.noise.step(self.noise_memory, readings)
         return readings
 
-    def estimate(
-        self, readings: BodyReadings | None, state: BodyControllerState, command: JointCommand
-    ) -> State:
+    def estimate(self, readings: BodyReadings | None, state: Any, command: JointCommand) -> State:
         """The state of the body in this cycle.
 
         Args:
             readings: as `measure` gives them.
-            state: of what walks the body, after the last cycle.
+            state: of the `BodyController`, after the last cycle.
             command: of the last cycle.
         """
         if self.estimator is None or readings is None:
             plant = self.plant
             return plant.position, plant.velocity, plant.foot_force
-        if self._memory is None:
-            self._memory = self.estimator.start(readings)
+        if self.memory is None:
+            self.memory = self.estimator.start(readings)
         walk, feet = state.walk, BOTH
         if walk["phase"][0] == WALKING:
             feet = ONE[walk["support"][0]]
-        position, velocity, self._memory = self.estimator.step(
-            self._memory, readings, feet, command.acceleration
+        position, velocity, self.memory = self.estimator.step(
+            self.memory, readings, feet, command.acceleration
         )
-        return position, velocity, self._memory.base["load"][0]
+        return position, velocity, self.memory.base["load"][0]
 
     def fork(self, plant: BodyPlant) -> BodySensors:
         """The same on another plant: what is remembered is a value."""

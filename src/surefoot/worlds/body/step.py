@@ -62,8 +62,8 @@ class BodyLimits(Record):
     shift_time: float = field("s", "moving the DCM to where that begins")
     max_lead: float = field("m", "how far the course goes ahead")
     max_drop: float = field("m", "how far the CoM may sink")
-    stiffness: float = field("1/s^2", "of its height")
-    max_acceleration: float = field("m/s^2", "vertical")
+    height_stiffness: float = field("1/s^2", "of its height")
+    max_lift: float = field("m/s^2", "largest vertical acceleration")
     touch_force: float = field("N", "smallest force of a landing")
     sink: float = field("m/s", "speed of a foot that waits for the ground")
     mass: float = field("kg", "of the body")
@@ -71,7 +71,7 @@ class BodyLimits(Record):
     apex: float = field("m", "of the swinging foot")
     landing_velocity: float = field("m/s", "of the foot")
     step_duration: float = field("s", "of a step in which the foot lands at that speed")
-    apart: float = field("m", "least distance of the soles across")
+    min_distance: float = field("m", "least distance of the soles across")
     braking: float = field("m/s^2", "how hard the foot can brake before it")
     soon_down: float = field("m", "a sole that is higher cannot be landing")
     down: float = field("m", "a sole that is lower is about to land")
@@ -114,7 +114,7 @@ def pendulum_velocity(limits, com, com_velocity, momentum, foot, velocity):
 
 
 @njit
-def turn_into(vector, heading, out):
+def rotate_into(vector, heading, out):
     """Write the horizontal part of a vector of the world in a frame of that heading."""
     cosine, sine = math.cos(heading), math.sin(heading)
     x, y = vector[0], vector[1]
@@ -142,13 +142,13 @@ def _observe(limits, walk, motion, observation):
     pendulum_velocity(
         limits, motion.com, motion.com_velocity, motion.angular_momentum, places[stance], velocity
     )
-    turn_into(velocity, heading, observation.com_velocity)
-    turn_into(motion.com, heading, observation.com)
+    rotate_into(velocity, heading, observation.com_velocity)
+    rotate_into(motion.com, heading, observation.com)
     for i in range(2):
         observation.dcm[i] = observation.com[i] + observation.com_velocity[i] / limits.omega
-    turn_into(places[stance], heading, observation.support_foot)
-    turn_into(walk.swing_foot, heading, observation.swing_foot)
-    turn_into(walk.swing_foot_velocity, heading, observation.swing_foot_velocity)
+    rotate_into(places[stance], heading, observation.support_foot)
+    rotate_into(walk.swing_foot, heading, observation.swing_foot)
+    rotate_into(walk.swing_foot_velocity, heading, observation.swing_foot_velocity)
     observation.swing_foot[2] = max(walk.swing_foot[2], 0.0)
     observation.swing_foot_velocity[2] = walk.swing_foot_velocity[2]
     observation.support_yaw = wrapped(_yaw(axes[stance]) - heading)
@@ -228,7 +228,7 @@ def keep_apart(limits, walk, stance, place, velocity, acceleration):
     unless it was, and then it only moves out. All arguments are in the heading of the step.
     """
     side = 1.0 if walk.support == 1 else -1.0
-    room = side * (place[1] - stance) - limits.apart
+    room = side * (place[1] - stance) - limits.min_distance
     inward = -side * velocity[1]
     fastest = math.sqrt(2.0 * limits.braking * max(room, 0.0))
     if inward > fastest:
@@ -284,9 +284,9 @@ def _wanted_height(limits, walk, observation, command):
     grow, fade = math.exp(omega * left), math.exp(-omega * left)
     then = np.empty(2)
     for i in range(2):
-        apart = 2.0 * observation.com[i] - observation.dcm[i]
+        fading = 2.0 * observation.com[i] - observation.dcm[i]
         pivot = command.zmp[i]
-        then[i] = pivot + 0.5 * ((observation.dcm[i] - pivot) * grow + (apart - pivot) * fade)
+        then[i] = pivot + 0.5 * ((observation.dcm[i] - pivot) * grow + (fading - pivot) * fade)
     side = 0.5 if stance == 0 else -0.5
     foot, landing = observation.support_foot, command.step_location
     height = limits.height
@@ -299,9 +299,9 @@ def _wanted_height(limits, walk, observation, command):
 @njit
 def _hold_height(limits, height, ground, motion, reference):
     """Write the vertical acceleration that brings the CoM to a height over the ground."""
-    k = limits.stiffness
+    k = limits.height_stiffness
     wanted = k * (height + ground - motion.com[2]) - 2.0 * math.sqrt(k) * motion.com_velocity[2]
-    most = limits.max_acceleration
+    most = limits.max_lift
     reference.com_acceleration[2] = min(max(wanted, -most), most)
     reference.com[2] = height + ground
 

@@ -10,6 +10,8 @@ arrangement of the inverse dynamics of [Feng2015] and [Herzog2016]; what differs
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,38 +19,75 @@ from numpy.typing import NDArray
 from surefoot.checks import check_number
 from surefoot.compiled import njit
 from surefoot.errors import ParameterError
-from surefoot.record import new_array
+from surefoot.record import Record, Vector2, field, new_array
 from surefoot.robot.own_units import OwnUnits
 from surefoot.robot.robot import Robot
 
-GROUND = np.dtype(
-    [
-        ("friction", "f8"),
-        ("half", "f8", (2,)),
-        ("arm", "f8"),
-        ("max_force", "f8"),
-        ("mass", "f8"),
-        ("gravity", "f8"),
-        ("rolls", "i8"),
-    ],
-)
-"""Friction coefficient; how far the ZMP may be from the centre of the sole (x, y) [m]; unit of the
-moments over the weight [m]; largest vertical force on one sole, in weights; mass [kg], gravity
-[m/s^2]; whether the ankles roll passively."""
 
-JOINTS = np.dtype(
-    [
-        ("dof", "i8"),
-        ("position", "i8"),
-        ("nominal", "f8"),
-        ("low", "f8"),
-        ("high", "f8"),
-        ("torque", "f8"),
-        ("speed", "f8"),
-    ],
-)
-"""A motor: its degree of freedom, the index of its angle; nominal angle and limits [rad], torque
-[N m], speed [rad/s]."""
+class Ground(Record):
+    """What the soles can do on the ground."""
+
+    friction: float = field("-", "coefficient of friction")
+    half: Vector2 = field("m", "how far the ZMP may be from the centre of the sole (x, y)")
+    arm: float = field("m", "unit of the moments over the weight")
+    max_force: float = field("-", "largest vertical force on one sole, in weights")
+    mass: float = field("kg", "of the body")
+    gravity: float = field("m/s^2", "its acceleration")
+    rolls: int = field("", "1 if the ankles roll passively")
+
+
+class Motor(Record):
+    """A joint with a motor."""
+
+    dof: int = field("", "its degree of freedom")
+    position: int = field("", "index of its angle")
+    nominal: float = field("rad", "angle in the nominal pose")
+    low: float = field("rad", "smallest angle")
+    high: float = field("rad", "largest angle")
+    torque: float = field("N m", "limit")
+    speed: float = field("rad/s", "limit")
+
+
+class Weights(Record):
+    """What the squared error of a task counts, where the error is 1 in `OwnUnits`.
+
+    The units are those of the errors. A large robot turns more slowly than a small one, and its ZMP
+    has more room.
+    """
+
+    contact: float = field("m/s^2", "acceleration of a standing sole", default=1.92e6)
+    contact_turn: float = field("rad/s^2", "its angular acceleration", default=3.0e6)
+    contact_yaw: float = field("rad/s^2", "likewise about the vertical", default=1.5e4)
+    zmp: float = field("m", "place of the ZMP", default=9.6e5)
+    com: float = field("m/s^2", "acceleration of the CoM", default=9.6e4)
+    height: float = field("m/s^2", "likewise, vertical", default=9.6e4)
+    trunk: float = field("rad/s^2", "roll and pitch of the trunk", default=7.5e5)
+    trunk_yaw: float = field("rad/s^2", "its heading", default=150.0)
+    swing: float = field("m/s^2", "acceleration of the swinging sole", default=9.6e4)
+    swing_height: float = field("m/s^2", "likewise, vertical", default=9.6e4)
+    swing_turn: float = field("rad/s^2", "its angular acceleration", default=4.5e4)
+    posture: float = field("rad/s^2", "joints off their nominal pose", default=1.5)
+    acceleration: float = field("m/s^2", "any acceleration of the base", default=0.096)
+    turning: float = field("rad/s^2", "any angular acceleration", default=0.15)
+    wrench: float = field("-", "any wrench on a sole, in parts of the weight", default=0.01)
+
+
+class Stiffnesses(Record):
+    """What an error of position asks for, critically damped, in `OwnUnits`.
+
+    Of `contact` and `joint_speed`: what an error of velocity asks for.
+    """
+
+    contact: float = field("1/s", "of a standing sole", default=8.57)
+    trunk: float = field("1/s^2", "of the trunk", default=12.2)
+    swing: float = field("1/s^2", "of the swinging sole's place", default=73.4)
+    swing_turn: float = field("1/s^2", "of its orientation", default=32.6)
+    posture: float = field("1/s^2", "of the joints", default=4.89)
+    joint_limit: float = field("1/s^2", "of the ends of the joints' ranges", default=32.6)
+    joint_speed: float = field("1/s", "of the joints' speed limits", default=14.3)
+
+
+GROUND, MOTOR, WEIGHTS, STIFFNESSES = Ground.DTYPE, Motor.DTYPE, Weights.DTYPE, Stiffnesses.DTYPE
 
 WRENCH = 6
 MOMENT_ARM = 0.125
@@ -60,100 +99,77 @@ WRENCH_ROWS = 10
 FREE = 1e30
 """A bound that is none, to the solver."""
 
-WEIGHTS = np.dtype(
-    [
-        ("contact", "f8"),
-        ("contact_turn", "f8"),
-        ("contact_yaw", "f8"),
-        ("zmp", "f8"),
-        ("com", "f8"),
-        ("height", "f8"),
-        ("trunk", "f8"),
-        ("trunk_yaw", "f8"),
-        ("swing", "f8"),
-        ("swing_height", "f8"),
-        ("swing_turn", "f8"),
-        ("posture", "f8"),
-        ("acceleration", "f8"),
-        ("turning", "f8"),
-        ("wrench", "f8"),
-    ],
-)
-"""On squared errors of accelerations: of soles, CoM and height [(m/s^2)^-2]; of how soles and trunk
-turn, and of the joints' posture [(rad/s^2)^-2]; of the ZMP [m^-2]; on squared accelerations of the
-base and of what turns, and on the squared wrench in parts of the weight [-]."""
 
-STIFFNESSES = np.dtype(
-    [
-        ("contact", "f8"),
-        ("trunk", "f8"),
-        ("swing", "f8"),
-        ("swing_turn", "f8"),
-        ("posture", "f8"),
-        ("joint_limit", "f8"),
-        ("joint_speed", "f8"),
-    ],
-)
-"""What an error of position asks for [1/s^2], critically damped; of the contact and the joint
-speed, what an error of velocity asks for [1/s]."""
+class Sole(NamedTuple):
+    """One sole: rows of the arrays in `Mechanics`."""
 
-_OWN_WEIGHTS = {
-    "contact": ("m/s^2", 1.92e6),
-    "contact_turn": ("rad/s^2", 3.0e6),
-    "contact_yaw": ("rad/s^2", 1.5e4),
-    "zmp": ("m", 9.6e5),
-    "com": ("m/s^2", 9.6e4),
-    "height": ("m/s^2", 9.6e4),
-    "trunk": ("rad/s^2", 7.5e5),
-    "trunk_yaw": ("rad/s^2", 150.0),
-    "swing": ("m/s^2", 9.6e4),
-    "swing_height": ("m/s^2", 9.6e4),
-    "swing_turn": ("rad/s^2", 4.5e4),
-    "posture": ("rad/s^2", 1.5),
-    "acceleration": ("m/s^2", 0.096),
-    "turning": ("rad/s^2", 0.15),
-    "wrench": ("-", 0.01),
-}
-"""Of errors in `OwnUnits`: accelerations in g and omega^2, the ZMP in heights of the CoM. A large
-robot turns more slowly than a small one, and its ZMP has more room."""
-
-_OWN_STIFFNESSES = {
-    "contact": ("1/s", 8.57),
-    "trunk": ("1/s^2", 12.2),
-    "swing": ("1/s^2", 73.4),
-    "swing_turn": ("1/s^2", 32.6),
-    "posture": ("1/s^2", 4.89),
-    "joint_limit": ("1/s^2", 32.6),
-    "joint_speed": ("1/s", 14.3),
-}
-"""Likewise in omega and its square."""
+    jacobian: NDArray[np.float64]
+    velocity: NDArray[np.float64]
+    drift: NDArray[np.float64]
+    place: NDArray[np.float64]
+    axes: NDArray[np.float64]
 
 
-def usual_weights(robot: Robot) -> dict[str, float]:
-    """What each task of a robot counts, see `WEIGHTS`."""
-    own = OwnUnits.of(robot)
-    return {name: value / own.one(unit) ** 2 for name, (unit, value) in _OWN_WEIGHTS.items()}
+class Tasks(NamedTuple):
+    """Weighted task rows R and right-hand sides b of a cycle, written over in every one.
+
+    Attributes:
+        rows, right: R, shape (MAX_TASK_ROWS, unknowns), and b.
+        wrenches: Jacobians of the carrying soles in units of the unknowns, shape (12, nv).
+        error: scratch, shape (3,).
+    """
+
+    rows: NDArray[np.float64]
+    right: NDArray[np.float64]
+    wrenches: NDArray[np.float64]
+    error: NDArray[np.float64]
 
 
-def usual_stiffnesses(robot: Robot) -> dict[str, float]:
-    """How stiffly each task of a robot is held, see `STIFFNESSES`."""
-    own = OwnUnits.of(robot)
-    return {name: value * own.one(unit) for name, (unit, value) in _OWN_STIFFNESSES.items()}
+class Program(NamedTuple):
+    """Minimise x'Hx/2 + g'x with low <= (x, A x) <= high; as DAQP takes it."""
+
+    hessian: NDArray[np.float64]
+    slope: NDArray[np.float64]
+    matrix: NDArray[np.float64]
+    low: NDArray[np.float64]
+    high: NDArray[np.float64]
 
 
-def filled(
-    dtype: np.dtype[np.void], defaults: dict[str, float], changes: dict[str, float]
+def task_weights(
+    robot: Robot, changes: Mapping[str, float], kind: type[Record] = Weights
 ) -> NDArray[np.void]:
-    """A record of defaults, with changes.
+    """The `Weights` of a robot in SI, with changes, shape (1,); as `task_stiffnesses`."""
+    own = OwnUnits.of(robot)
+    usual = {name: it.default / own.one(it.unit) ** 2 for name, it in kind.FIELDS.items()}
+    return _filled(kind.DTYPE, usual, changes)
+
+
+def task_stiffnesses(
+    robot: Robot, changes: Mapping[str, float], kind: type[Record] = Stiffnesses
+) -> NDArray[np.void]:
+    """The `Stiffnesses` of a robot in SI, with changes, shape (1,).
+
+    Args:
+        robot: whose they are.
+        changes: of single values, by name.
+        kind: of records; its defaults are those in `OwnUnits`.
 
     Raises:
         ParameterError: there is no such value, or it is negative or not finite.
     """
+    own = OwnUnits.of(robot)
+    usual = {name: it.default * own.one(it.unit) for name, it in kind.FIELDS.items()}
+    return _filled(kind.DTYPE, usual, changes)
+
+
+def _filled(
+    dtype: np.dtype[np.void], usual: dict[str, float], changes: Mapping[str, float]
+) -> NDArray[np.void]:
     array = new_array(dtype)
-    for name, value in {**defaults, **changes}.items():
-        if name not in defaults:
+    for name, value in {**usual, **changes}.items():
+        if name not in usual:
             raise ParameterError(
-                f"one of {', '.join(defaults)}", repr(name), "correct the name of the value"
+                f"one of {', '.join(usual)}", repr(name), "correct the name of the value"
             )
         check_number(name, value, 0.0, "-")
         array[name] = value
@@ -165,7 +181,7 @@ def rotation_error(axes, roll, pitch, yaw, error):
     """Write the rotation vector, in the world, that turns the axes towards roll, pitch, yaw.
 
     Half the sum of the cross products of actual and wanted axes: exact for small errors, and it
-    never points the wrong way below a quarter turn.
+    points the right way below a quarter turn.
     """
     cr, sr = math.cos(roll), math.sin(roll)
     cp, sp = math.cos(pitch), math.sin(pitch)
@@ -183,83 +199,76 @@ def rotation_error(axes, roll, pitch, yaw, error):
 
 
 @njit
-def stand_rows(weights, stiffness, jacobian, velocity, drift, rows, right, r):
+def stand_rows(weights, stiffness, sole, tasks, r):
     """A sole that carries stays where it is; how much it may turn is weighted by itself."""
     for i in range(6):
         weight = weights.contact if i < 3 else weights.contact_turn
         root = math.sqrt(weight if i < 5 else weights.contact_yaw)
-        for c in range(jacobian.shape[1]):
-            rows[r, c] = root * jacobian[i, c]
-        right[r] = root * (-drift[i] - stiffness.contact * velocity[i])
+        for c in range(sole.jacobian.shape[1]):
+            tasks.rows[r, c] = root * sole.jacobian[i, c]
+        tasks.right[r] = root * (-sole.drift[i] - stiffness.contact * sole.velocity[i])
         r += 1
     return r
 
 
 @njit
-def swing_rows(
-    weights, stiffness, rolls, reference, jacobian, velocity, drift, place, axes, error,
-    rows, right, r,
-):  # fmt: skip
-    """The sole in the air follows its reference; a passive ankle's roll is left to its spring.
-
-    It writes into the rows of the program, arrays of the robot's length, which no record holds.
-    """
-    nv, k = jacobian.shape[1], stiffness.swing
+def swing_rows(weights, stiffness, ground, reference, sole, tasks, r):
+    """The sole in the air follows its reference; a passive ankle's roll is left to its spring."""
+    rows, right, error, jacobian = tasks.rows, tasks.right, tasks.error, sole.jacobian
+    nv, k, velocity = jacobian.shape[1], stiffness.swing, sole.velocity
     damping = 2.0 * math.sqrt(k)
     for i in range(3):
         root = math.sqrt(weights.swing_height if i == 2 else weights.swing)
         for c in range(nv):
             rows[r, c] = root * jacobian[i, c]
         wanted = reference.swing_foot_acceleration[i]
-        wanted += k * (reference.swing_foot[i] - place[i])
+        wanted += k * (reference.swing_foot[i] - sole.place[i])
         wanted += damping * (reference.swing_foot_velocity[i] - velocity[i])
-        right[r] = root * (wanted - drift[i])
+        right[r] = root * (wanted - sole.drift[i])
         r += 1
-    rotation_error(axes, 0.0, 0.0, reference.swing_yaw, error)
+    rotation_error(sole.axes, 0.0, 0.0, reference.swing_yaw, error)
     k = stiffness.swing_turn
     root, damping = math.sqrt(weights.swing_turn), 2.0 * math.sqrt(k)
-    for axis in range(1 if rolls else 0, 3):
+    for axis in range(1 if ground.rolls else 0, 3):
         total = 0.0
         for c in range(nv):
             rows[r, c] = 0.0
         for i in range(3):
             rate = reference.swing_yaw_rate if i == 2 else 0.0
-            wanted = k * error[i] + damping * (rate - velocity[3 + i]) - drift[3 + i]
-            total += axes[i, axis] * wanted
+            wanted = k * error[i] + damping * (rate - velocity[3 + i]) - sole.drift[3 + i]
+            total += sole.axes[i, axis] * wanted
             for c in range(nv):
-                rows[r, c] += root * axes[i, axis] * jacobian[3 + i, c]
+                rows[r, c] += root * sole.axes[i, axis] * jacobian[3 + i, c]
         right[r] = root * total
         r += 1
     return r
 
 
 @njit
-def com_rows(weights, ground, reference, axes, nv, rows, right, r):
+def com_rows(weights, ground, reference, axes, nv, tasks, r):
     """Two feet carry the CoM's acceleration: the sum of their forces is m (a - g)."""
     for i in range(3):
         root = math.sqrt(weights.height if i == 2 else weights.com)
         for side in range(2):
             for c in range(3):
-                rows[r, nv + WRENCH * side + c] = root * axes[side, i, c] * ground.gravity
+                tasks.rows[r, nv + WRENCH * side + c] = root * axes[side, i, c] * ground.gravity
         wanted = reference.com_acceleration[i] + (ground.gravity if i == 2 else 0.0)
-        right[r] = root * wanted
+        tasks.right[r] = root * wanted
         r += 1
     return r
 
 
 @njit
-def zmp_rows(weights, ground, reference, place, axes, nv, rows, right, r):
-    """One foot: where the ground pushes, and the height; sideways only if the ankle can push.
-
-    It writes into the rows of the program, arrays of the robot's length, which no record holds.
-    """
+def zmp_rows(weights, ground, reference, sole, tasks, r):
+    """One foot: where the ground pushes, and the height; sideways only if the ankle can push."""
+    rows, right, nv, axes = tasks.rows, tasks.right, sole.jacobian.shape[1], sole.axes
     root = math.sqrt(weights.height)
     for c in range(3):
         rows[r, nv + c] = root * axes[2, c] * ground.gravity
     right[r] = root * (reference.com_acceleration[2] + ground.gravity)
     r += 1
     root = math.sqrt(weights.zmp)
-    away_x, away_y = reference.zmp[0] - place[0], reference.zmp[1] - place[1]
+    away_x, away_y = reference.zmp[0] - sole.place[0], reference.zmp[1] - sole.place[1]
     for axis in range(1 if ground.rolls else 2):
         along = axes[0, axis] * away_x + axes[1, axis] * away_y
         # x = -m_y / f_z, y = m_x / f_z.
@@ -273,58 +282,39 @@ def zmp_rows(weights, ground, reference, place, axes, nv, rows, right, r):
 
 
 @njit
-def trunk_rows(weights, stiffness, reference, axes, turning, first, error, rows, right, r):
-    """The trunk keeps upright and its heading; `first` is its first rotational column.
-
-    It writes into the rows of the program, arrays of the robot's length, which no record holds.
-    """
-    rotation_error(axes, reference.trunk[0], reference.trunk[1], reference.trunk[2], error)
+def trunk_rows(weights, stiffness, reference, axes, turning, first, tasks, r):
+    """The trunk keeps upright and its heading; `first` is its first rotational column."""
+    trunk, error = reference.trunk, tasks.error
+    rotation_error(axes, trunk[0], trunk[1], trunk[2], error)
     damping = 2.0 * math.sqrt(stiffness.trunk)
     for i in range(3):
         root = math.sqrt(weights.trunk if i < 2 else weights.trunk_yaw)
         rate = -reference.trunk_yaw_rate if i == 2 else 0.0
         for c in range(3):
-            rows[r, first + c] = root * axes[i, c]
+            tasks.rows[r, first + c] = root * axes[i, c]
             rate += axes[i, c] * turning[c]
-        right[r] = root * (stiffness.trunk * error[i] - damping * rate)
+        tasks.right[r] = root * (stiffness.trunk * error[i] - damping * rate)
         r += 1
     return r
 
 
 @njit
-def posture_and_bounds(weights, stiffness, joints, position, velocity, hessian, slope, low, high):
-    """Joints tend to the nominal posture, and keep off their limits of position and speed.
-
-    It writes into the arrays of the program, of the robot's length, which no record holds.
-    """
+def posture_and_bounds(weights, stiffness, motors, position, velocity, program):
+    """Joints tend to the nominal posture, and keep off their limits of position and speed."""
     damping, stop = 2.0 * math.sqrt(stiffness.posture), 2.0 * math.sqrt(stiffness.joint_limit)
-    for j in range(joints.shape[0]):
-        joint = joints[j]
-        dof, angle, rate = joint.dof, position[joint.position], velocity[joint.dof]
-        wanted = stiffness.posture * (joint.nominal - angle) - damping * rate
-        hessian[dof, dof] += weights.posture
-        slope[dof] -= weights.posture * wanted
-        above = stiffness.joint_limit * (joint.high - angle) - stop * rate
-        below = stiffness.joint_limit * (joint.low - angle) - stop * rate
-        above = min(above, stiffness.joint_speed * (joint.speed - rate))
-        below = max(below, stiffness.joint_speed * (-joint.speed - rate))
+    for j in range(motors.shape[0]):
+        motor = motors[j]
+        dof, angle, rate = motor.dof, position[motor.position], velocity[motor.dof]
+        wanted = stiffness.posture * (motor.nominal - angle) - damping * rate
+        program.hessian[dof, dof] += weights.posture
+        program.slope[dof] -= weights.posture * wanted
+        above = stiffness.joint_limit * (motor.high - angle) - stop * rate
+        below = stiffness.joint_limit * (motor.low - angle) - stop * rate
+        above = min(above, stiffness.joint_speed * (motor.speed - rate))
+        below = max(below, stiffness.joint_speed * (-motor.speed - rate))
         if below > above:
             below = above = 0.5 * (below + above)
-        low[dof], high[dof] = below, above
-
-
-@njit
-def wrench_columns(ground, axes, jacobian, wrenches, first):
-    """Write J'R of a sole's unit wrenches in its own axes, six rows of `wrenches` from a first."""
-    weight = ground.mass * ground.gravity
-    for i in range(WRENCH):
-        unit = weight if i < 3 else weight * ground.arm
-        block = 3 * (i // 3)
-        for c in range(jacobian.shape[1]):
-            total = 0.0
-            for j in range(3):
-                total += axes[j, i % 3] * jacobian[block + j, c]
-            wrenches[first + i, c] = unit * total
+        program.low[dof], program.high[dof] = below, above
 
 
 @njit
@@ -338,8 +328,9 @@ def motion_rows(dof, inertia, wrenches, columns, out):
 
 
 @njit
-def ground_rows(ground, count, nv, n, matrix, low, high, r):
+def ground_rows(ground, count, nv, program, r):
     """Friction, ZMP inside the sole, yaw moment within friction; writes the force's bounds too."""
+    low, high, n = program.low, program.high, nv + WRENCH * count
     reach = 0.5 * (ground.half[0] + ground.half[1])
     most = (
         ground.friction, ground.friction, 0.0,
@@ -351,7 +342,7 @@ def ground_rows(ground, count, nv, n, matrix, low, high, r):
         low[first + 2], high[first + 2] = 0.0, ground.max_force
         for i in (0, 1, 3, 4, 5):
             for sign in (1.0, -1.0):
-                matrix[r, first + i], matrix[r, first + 2] = sign, -most[i]
+                program.matrix[r, first + i], program.matrix[r, first + 2] = sign, -most[i]
                 low[n + r], high[n + r] = -FREE, 0.0
                 r += 1
     return r

@@ -4,40 +4,42 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Callable, Sequence
+from pathlib import Path
 from time import perf_counter_ns
-from typing import Self
 
 import numpy as np
 
 from surefoot.checks import check_number
-from surefoot.dcm.pushes import Push, acting_force
+from surefoot.dcm.pushes import Push
 from surefoot.errors import ParameterError
-from surefoot.interface import Controller
 from surefoot.robot.floor import TIME_STEP, check_course
+from surefoot.rollout.dump import Checkpoint, Dump, check_dump_path, write_dump
 from surefoot.rollout.rollout import Rollout
-from surefoot.rollout.snapshot import Snapshot
-from surefoot.rollout.trace import TRUTH, WALKING
+from surefoot.rollout.snapshot import Snapshot, snapshot_of
+from surefoot.rollout.trace import TRUTH
+from surefoot.worlds.body.checkpoint import (
+    control_arrays,
+    plant_arrays,
+    sensor_arrays,
+    set_control,
+    set_plant,
+    set_sensors,
+)
+from surefoot.worlds.body.controller import BodyControl
 from surefoot.worlds.body.estimator import BodyEstimator
 from surefoot.worlds.body.interface import BodyController, JointCommand
 from surefoot.worlds.body.plant import STANDS, BodyPlant, Surroundings
-from surefoot.worlds.body.recorder import BodyRecorder
-from surefoot.worlds.body.recording import (
-    commands_in_world,
-    floor_zmp,
-    make_rollout,
-    sensors_words,
-    true_observations,
-)
+from surefoot.worlds.body.recording import BodyRecorder, make_rollout, sensors_words
 from surefoot.worlds.body.sensors import BodyNoise, BodySensors, SensorNoise, usual_estimator
+from surefoot.worlds.last_steps import LastSteps, walk_again
 from surefoot.worlds.steering import Steering, course_of
-from surefoot.worlds.walk import Walk
-from surefoot.worlds.world import Route
+from surefoot.worlds.world import Route, World
 
 USUAL_NOISE = BodyNoise()
 """Stands for `BodyNoise.of` the robot that walks."""
 
 
-class BodyWorld:
+class BodyWorld(World):
     """A body in physics with its controller, standing on both feet at first.
 
     Args:
@@ -48,13 +50,10 @@ class BodyWorld:
         retained: how much of the past is retained [s].
 
     Attributes:
-        robot: the one that is moved.
-        multibody: its mechanism.
-        steering: where it is to go.
-        plan: the commands that are to hold later.
+        multibody: the mechanism of the robot.
         control: walks it.
         state: of that, after the last decision.
-        fate: what has become of the robot, see `worlds.body.plant`.
+        fate: how the robot fell, see `worlds.body.plant`.
         cycles: how many have passed.
     """
 
@@ -73,6 +72,7 @@ class BodyWorld:
         self._plant = BodyPlant(control.multibody, surroundings)
         self._sensors = BodySensors(self._plant, noise, estimator)
         self.state = control.start()
+        self.controller = self.state.controller
         motors, dofs = len(control.multibody.motors), control.multibody.model.nv
         self._command = JointCommand(motors, dofs)
         self._recorder: BodyRecorder | None = None
@@ -80,23 +80,11 @@ class BodyWorld:
             cycles = max(round(retained / self._plant.model.opt.timestep), 1)
             self._recorder = BodyRecorder(self._plant, self.state, estimator is not None, cycles)
         self.steering = self._first = Steering(control.controller.gait.velocity)
-        self.plan: Route = ()
         self._route: Route = ()
-        self.fate, self.cycles = STANDS, 0
+        self.fate, self.cycles, self._first_cycle = STANDS, 0, 0
         self._began = self._estimated = self._decided = 0
 
-    @property
-    def controller(self) -> Controller:
-        """What decides, for the velocity of now."""
-        return self.state.controller
-
-    @property
-    def pushes(self) -> tuple[Push, ...]:
-        """The forces on its trunk."""
-        return self._plant.pushes
-
-    @pushes.setter
-    def pushes(self, pushes: tuple[Push, ...]) -> None:
+    def _set_pushes(self, pushes: tuple[Push, ...]) -> None:
         self._plant.pushes = pushes
 
     @property
@@ -108,7 +96,8 @@ class BodyWorld:
     def first_time(self) -> float:
         """Of the first cycle that is retained [s]."""
         retained = self._recorder.cycles if self._recorder else 0
-        return max(self.cycles - retained, 0) * self._plant.model.opt.timestep
+        first = max(self.cycles - retained, self._first_cycle)
+        return first * self._plant.model.opt.timestep
 
     @property
     def fallen(self) -> bool:
@@ -124,8 +113,8 @@ class BodyWorld:
         """Whether it is this time, or later, to the nearest cycle."""
         return self.cycles >= round(time / self._plant.model.opt.timestep)
 
-    def steer(self, steering: Steering, since: float | None = None) -> None:
-        """Walk elsewhere from the next touchdown on, or come to a stand; see `World.steer`."""
+    def follow(self, steering: Steering, since: float | None = None) -> None:
+        """Walk elsewhere from the next touchdown on, or come to a stand; see `World.follow`."""
         if not steering.standing:
             self.control.controller.with_velocity(steering.velocity)
         self.steering = steering
@@ -143,13 +132,14 @@ class BodyWorld:
         self._estimate = self._sensors.estimate(readings, self.state, self._command)
         self._estimated = perf_counter_ns()
 
-    def decide(self) -> None:
-        """What the control answers."""
+    def answer(self) -> None:
+        """What the control decides."""
         position, velocity, forces = self._estimate
         self._command, self.state = self.control.step(
             self.state, self.time, position, velocity, forces, self.steering
         )
         self._decided = perf_counter_ns()
+        self.controller = self.state.controller
         if self._recorder is not None:
             self._recorder.record_state(self.cycles, position, velocity)
             self._recorder.record_decision(self.cycles, self.state, self._command)
@@ -165,51 +155,55 @@ class BodyWorld:
             self._recorder.record_effect(self.cycles, clock)
         self.cycles += 1
 
-    def fork(self, recorded: bool = True) -> Self:
-        """A copy that goes on by itself, with a solver that remembers nothing of this one's.
+    def is_nan(self) -> bool:
+        """Whether a torque, or what came of them, is NaN."""
+        return bool(np.isnan(self._plant.torque).any() or np.isnan(self._plant.position).any())
 
-        A solver that starts from its last answer would make what comes of a fork depend on what was
-        done before. See `World.fork`.
-        """
-        other = copy.copy(self)
-        other._plant = self._plant.fork()
-        other._sensors = self._sensors.fork(other._plant)
-        other.control, other._command = self.control.fresh(), copy.deepcopy(self._command)
-        other._recorder = None
-        if recorded and self._recorder is not None:
-            other._recorder = self._recorder.fork(other._plant)
-        return other
+    def checkpoint(self) -> Checkpoint:
+        """All that evolves, see `World.checkpoint`; of a `BodyControl` and `BodyNoise` only."""
+        return {
+            "steering": self.steering.array,
+            **plant_arrays(self._plant),
+            **sensor_arrays(self._sensors),
+            **control_arrays(self.state, self._command),
+        }
+
+    def resume(self, checkpoint: Checkpoint) -> None:
+        """Go on from a checkpoint, see `World.resume`, with a solver that remembers nothing."""
+        set_plant(self._plant, checkpoint)
+        set_sensors(self._sensors, checkpoint)
+        self.control = self.control.fresh()
+        self.state = set_control(self.control.controller, self._command, checkpoint)
+        self.controller = self.state.controller
+        self.cycles = self._first_cycle = self._plant.cycle
+        self.steering = Steering.of(checkpoint["steering"])
+        self._route = ((self.time, self.steering),)
+
+    def _separate(self, recorded: bool) -> None:
+        # A solver that starts from its last answer would make what comes of a fork depend on what
+        # was done before.
+        self._plant = self._plant.fork()
+        self._sensors = self._sensors.fork(self._plant)
+        self.control, self._command = self.control.fresh(), copy.deepcopy(self._command)
+        recorder, self._recorder = self._recorder, None
+        if recorded and recorder is not None:
+            self._recorder = recorder.fork(self._plant)
 
     def snapshot(self) -> Snapshot:
         """What a picture of the last cycle needs; an IndexError if none is retained."""
-        if not self.cycles or self._recorder is None:
-            raise IndexError("no cycle has passed")
-        believed = self.control.controller.robot
-        # Two cycles: the speed of a foot is a difference.
-        record = self._recorder.record(self.cycles, max(self.cycles - 2, 0))
-        cycles = np.arange(self.cycles - len(record.clock), self.cycles)
-        time = cycles * self._plant.model.opt.timestep
-        truth = true_observations(record, time, believed, self.multibody.mass)
-        now, com = float(time[-1]), record.state["com"]
-        wrenches = [record.effect["left_wrench"], record.effect["right_wrench"]]
-        x, y = floor_zmp(com, np.stack(wrenches, axis=1))[-1]
-        return Snapshot(
-            observation=truth[-1],
-            command=commands_in_world(record, truth)[-1],
-            com_height=float(com[-1, 2]),
-            force=acting_force(self.pushes, now),
-            both_feet=bool(record.decision["walk"]["phase"][-1] != WALKING),
-            decision_time=1e-9 * float(record.clock[-1, 2] - record.clock[-1, 1]),
-            zmp=(float(x), float(y)),
-            position=record.state["position"][-1].astype(np.float64),
-        )
+        # Of two cycles: the speed of a foot is a difference.
+        return snapshot_of(self._rollout(2), -1)
 
     def rollout(self) -> Rollout:
         """The walk so far, or as much of its end as is retained; an IndexError if nothing is."""
-        if self._recorder is None:
+        return self._rollout(self.cycles)
+
+    def _rollout(self, cycles: int) -> Rollout:
+        """The last cycles, as far as they are retained."""
+        if self._recorder is None or self.cycles == self._first_cycle:
             raise IndexError("no cycle is retained")
-        record = self._recorder.record(self.cycles)
-        first = self.cycles - len(record.clock)
+        record = self._recorder.record(self.cycles, max(self.cycles - cycles, self._first_cycle))
+        first = self.cycles - len(record["clock"])
         measured = sensors_words(self._estimator, self._noise)
         route = [*self._route, *self.plan]
         if not route or route[0][0] > 0.0:
@@ -227,6 +221,7 @@ def simulate_body(
     noise: SensorNoise | None = USUAL_NOISE,
     estimator: BodyEstimator | str | None = None,
     watch: Callable[[BodyWorld], None] | None = None,
+    dump: str | Path | None = None,
 ) -> Rollout:
     """Walk a body in physics, from a stand on both feet.
 
@@ -243,6 +238,10 @@ def simulate_body(
             given instead.
         watch: called after every decision with the world, whose `control` and `state` are those of
             that cycle.
+        dump: a file, ending in .npz, that is written if the robot falls or a number is NaN: the
+            last one or two steps, walked again from all states at their beginning, for
+            `replay_body`. The solver remembers nothing of what was before, so in its last digits
+            the end may differ from that of the walk.
 
     Returns:
         The rollout; its `body` is the trace of the mechanism.
@@ -250,31 +249,69 @@ def simulate_body(
     Raises:
         ParameterError: the duration is not positive and finite, the steering not in order, or
             there is noise but no estimator, the payload weighs more than the body, or there are
-            bumps and the course leaves them.
+            bumps and the course leaves them, or control or noise are none that can be dumped.
         VelocityError: one of the velocities cannot be walked; raised before the walk begins.
+        FileError: the dump cannot be written.
     """
     check_number("duration", duration, 0.0, "s", above=True)
     plan = _plan_of(control, steering)
     if surroundings is not None and surroundings.bumps > 0.0:
         check_course(course_of(plan, duration))
-    if estimator == TRUTH and noise not in (None, USUAL_NOISE):
-        raise ParameterError(
-            "noise with an estimator: the true state has none",
-            f"estimator={TRUTH!r} and {noise!r}",
-            "leave one of them out",
-        )
-    if noise is USUAL_NOISE:
-        noise = BodyNoise.of(control.multibody.robot)
-    estimates = _estimator(control, noise, estimator)
-    world = BodyWorld(
-        control, surroundings, None if estimates is None else noise, estimates,
-        retained=(round(duration / TIME_STEP) + 1) * TIME_STEP,
-    )  # fmt: skip
-    walk = Walk(world, pushes, plan, watch)
-    walk.run(duration)
+    noise, estimates = _sensing(control, noise, estimator)
+    if dump is not None:
+        check_dump_path(Path(dump))
+        _check_dumped(control, noise)
+
+    def begin() -> BodyWorld:
+        retained = (round(duration / TIME_STEP) + 1) * TIME_STEP
+        world = BodyWorld(control, surroundings, noise, estimates, retained=retained)
+        return world.prepare(pushes, plan, watch)
+
+    world = begin()
+    steps = None if dump is None else LastSteps(world)
+    world.run(duration, steps)
     # The cycle that begins at the end of the duration is part of it.
-    walk.step()
-    return walk.rollout()
+    world.finish()
+    rollout = world.rollout()
+    if dump is not None and steps is not None and (world.fallen or world.is_nan()):
+        write_dump(Path(dump), steps.walked_again(begin().prepare(pushes), duration))
+    return rollout
+
+
+def replay_body(
+    dump: Dump,
+    control: BodyControl,
+    *,
+    surroundings: Surroundings | None = None,
+    noise: SensorNoise | None = USUAL_NOISE,
+    estimator: BodyEstimator | str | None = None,
+) -> Rollout:
+    """Walk a dump of a body again, from its first state on.
+
+    Args:
+        dump: as `rollout.dump.load_dump` reads it.
+        control: that walked, made with the same arguments.
+        surroundings, noise, estimator: as they were given to `simulate_body`.
+
+    Returns:
+        The cycles of `dump.rollout`, to the bit.
+
+    Raises:
+        ParameterError: it is not the control that walked: its commands differ.
+    """
+    walk, (noise, estimates) = dump.rollout, _sensing(control, noise, estimator)
+    retained = (len(walk.time) + 1) * TIME_STEP
+    world = BodyWorld(control, surroundings, noise, estimates, retained=retained)
+    steering = () if walk.body is None else walk.body.steering
+    plan = [(at, Steering(to, turning, standing)) for at, to, turning, standing in steering[1:]]
+    return walk_again(dump, world.prepare(walk.pushes, plan))
+
+
+def _check_dumped(control: BodyController, noise: SensorNoise | None) -> None:
+    """Refuse what has a state that no dump can hold."""
+    for one, kind in ((control, BodyControl), (noise, BodyNoise)):
+        if one is not None and not isinstance(one, kind):
+            raise ParameterError(f"a {kind.__name__}, to be dumped", repr(one), "leave `dump` out")
 
 
 def _plan_of(
@@ -293,9 +330,16 @@ def _plan_of(
     return plan
 
 
-def _estimator(
+def _sensing(
     control: BodyController, noise: SensorNoise | None, estimator: BodyEstimator | str | None
-) -> BodyEstimator | None:
+) -> tuple[SensorNoise | None, BodyEstimator | None]:
+    """Noise and estimator of a walk, None where there is none."""
+    if estimator == TRUTH and noise not in (None, USUAL_NOISE):
+        raise ParameterError(
+            "noise with an estimator: the true state has none",
+            f"estimator={TRUTH!r} and {noise!r}",
+            "leave one of them out",
+        )
     if isinstance(estimator, str) and estimator != TRUTH:
         raise ParameterError(
             f"an estimator, or {TRUTH!r} for the true state",
@@ -303,5 +347,7 @@ def _estimator(
             "leave it out for an estimate from the sensors",
         )
     if isinstance(estimator, str):
-        return None
-    return estimator or usual_estimator(control.multibody, noise)
+        return None, None
+    if noise is USUAL_NOISE:
+        noise = BodyNoise.of(control.multibody.robot)
+    return noise, estimator or usual_estimator(control.multibody, noise)

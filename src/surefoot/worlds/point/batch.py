@@ -17,6 +17,7 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from functools import cache
+from typing import NamedTuple
 
 import numba
 import numpy as np
@@ -28,13 +29,13 @@ from surefoot.compiled import function_pointer, njit
 from surefoot.control.estimator import Estimator
 from surefoot.dcm.pushes import Push
 from surefoot.errors import ParameterError
-from surefoot.interface import OBSERVATION, Controller
-from surefoot.record import new_array, stack
+from surefoot.interface import OBSERVATION, Controller, Mode
+from surefoot.record import Record, Vector2, field, new_array, stack
 from surefoot.robot.feet import Side
 from surefoot.robot.robot import Robot
 from surefoot.rollout.disturbance import Disturbance
 from surefoot.rollout.outcome import MONITOR
-from surefoot.worlds.point.plant import lipm_cycle
+from surefoot.worlds.point.plant import LipmSimulator, lipm_cycle
 from surefoot.worlds.point.progress import WALK_RESULT, Judge, finish, judge
 from surefoot.worlds.point.sensors import measure
 from surefoot.worlds.point.walks import (
@@ -47,30 +48,55 @@ from surefoot.worlds.point.walks import (
 )
 from surefoot.worlds.point.world import PointWorld
 
+_ADAPTING = int(Mode.ADAPTING)
+
 PART = 8
 """A thread takes at most so many: walks that fall end early, equal shares would be unequal work."""
 
 
+class Landing(Record):
+    """The end of a step."""
+
+    time: float = field("s", "since it began")
+    offset: Vector2 = field("m", "DCM relative to the foot that landed")
+    adapted: bool = field("", "whether the step was decided online")
+
+
+LANDING = Landing.DTYPE
+
+
+class _Room(NamedTuple):
+    """Room for one walk: arrays of two records that swap each cycle, and of one record."""
+
+    states: NDArray[np.void]
+    worlds: NDArray[np.void]
+    simulator: NDArray[np.void]
+    sensors: NDArray[np.void]
+    measured: NDArray[np.void]
+    monitor: NDArray[np.void]
+    progress: NDArray[np.void]
+
+
+class _Rows(NamedTuple):
+    """What differs from walk to walk: scene, seed, when the first push begins and when the last one
+    is over [s], `PUSH` records."""
+
+    scene: NDArray[np.int64]
+    seeds: NDArray[np.int64]
+    firsts: NDArray[np.float64]
+    quiets: NDArray[np.float64]
+    pushes: NDArray[np.void]
+
+
 @njit
-def _walk(
-    kernel,
-    parameters,
-    states,
-    simulator,
-    worlds,
-    sensors,
-    measured,
-    monitor,
-    progress,
-    pushes,
-    until,
-):
+def _walk(kernel, parameters, room, pushes, until):
     """One closed loop until the walk ends, or as long as every cycle is over before `until`.
 
-    `states` and `worlds` are arrays of two records that swap each cycle; before and after this
-    the first one is now. Every argument is a record of its own kind, and a record that held them
-    would differ from controller to controller, so that the loop would be compiled for each.
+    Before and after this the first one of the states and worlds is now.
     """
+    states, worlds, progress = room.states, room.worlds, room.progress[0]
+    simulator, sensors = room.simulator[0], room.sensors[0]
+    measured, monitor = room.measured[0], room.monitor[0]
     now = 0
     while worlds[now].observation.time + simulator.period < until:
         observation = worlds[now].observation
@@ -90,49 +116,37 @@ def _walk(
 
 
 @njit
-def _walk_range(kernel, records, trunk, branch, scene, seeds, firsts, quiets, pushes, results):
-    """Walks with the rows of `pushes`, each from the start of its scene.
+def _walk_range(kernel, parameters, scenes, trunk, branch, rows, results):
+    """Walks from the starts of their scenes, of which `scenes` has a row each, one state and world.
 
     The trunk is a walk that is not pushed yet; the next walk branches off from it, if it is one of
     the same scene that is not pushed earlier.
-
-    Those that differ from walk to walk are arrays of their own, cut for each thread.
-
-    `records` are by scene parameters, state, simulator, world, sensors, what was measured, monitor
-    and progress; `trunk` and `branch` are room for one walk, see `_room`.
     """
-    parameters, state, simulator, world, given, nothing, watched, progress = records
-    states, worlds, plant, sensors, measured, watch, mine = trunk
-    states_on, worlds_on, _, _, measured_on, watch_on, mine_on = branch
     grown, grown_seed = -1, -1
     for i in range(results.shape[0]):
-        k = scene[i]
+        k, seed, first = rows.scene[i], rows.seeds[i], rows.firsts[i]
         # What was measured of the trunk must be the same before the end of this walk's last push.
-        late = min(firsts[i], quiets[i]) < worlds[0].observation.time or mine[0].ended
-        if k != grown or seeds[i] != grown_seed or late:
+        late = min(first, rows.quiets[i]) < trunk.worlds[0].observation.time
+        late = late or trunk.progress[0].ended
+        if k != grown or seed != grown_seed or late:
             # A kernel writes what it has a use for; the rest of both is as in the beginning.
-            states[:] = state[k]
-            worlds[0], mine[0] = world[k], progress[k]
-            plant[0], sensors[0] = simulator[k], given[k]
-            measured[0], watch[0] = nothing[0], watched[0]
-            if seeds[i] >= 0:
-                plant[0].seed = sensors[0].errors.seed = seeds[i]
-            grown, grown_seed = k, seeds[i]
-        mine[0].quiet_time = quiets[i]
-        if not mine[0].ended:
-            _walk(
-                kernel, parameters[k], states, plant[0], worlds, sensors[0], measured[0], watch[0],
-                mine[0], pushes[i], firsts[i],
-            )  # fmt: skip
-        states_on[:] = states
-        worlds_on[0], mine_on[0] = worlds[0], mine[0]
-        measured_on[0], watch_on[0] = measured[0], watch[0]
-        if not mine[0].ended:
-            _walk(
-                kernel, parameters[k], states_on, plant[0], worlds_on, sensors[0], measured_on[0],
-                watch_on[0], mine_on[0], pushes[i], math.inf,
-            )  # fmt: skip
-        finish(mine_on[0], worlds_on[0].observation, results[i])
+            trunk.states[:] = scenes.states[k]
+            trunk.worlds[0], trunk.progress[0] = scenes.worlds[k], scenes.progress[k]
+            trunk.simulator[0], trunk.sensors[0] = scenes.simulator[k], scenes.sensors[k]
+            trunk.measured[0], trunk.monitor[0] = scenes.measured[0], scenes.monitor[0]
+            if seed >= 0:
+                trunk.simulator[0].seed = trunk.sensors[0].errors.seed = seed
+            grown, grown_seed = k, seed
+        trunk.progress[0].quiet_time = rows.quiets[i]
+        if not trunk.progress[0].ended:
+            _walk(kernel, parameters[k], trunk, rows.pushes[i], first)
+        branch.states[:] = trunk.states
+        branch.worlds[0], branch.progress[0] = trunk.worlds[0], trunk.progress[0]
+        branch.simulator[0], branch.sensors[0] = trunk.simulator[0], trunk.sensors[0]
+        branch.measured[0], branch.monitor[0] = trunk.measured[0], trunk.monitor[0]
+        if not branch.progress[0].ended:
+            _walk(kernel, parameters[k], branch, rows.pushes[i], math.inf)
+        finish(branch.progress[0], branch.worlds[0].observation, results[i])
 
 
 def kernel_pointer(controller: Controller, state: NDArray[np.void]) -> object:
@@ -187,10 +201,10 @@ def simulate_batch(
         report: called with the number of walks that are done, and that of all.
 
     Returns:
-        `WALK_RESULT` records, shape (walks,).
+        `WalkResult` records, shape (walks,).
 
     Raises:
-        ParameterError: the table is wrong, the duration is not positive, or the delay is no whole
+        ParameterError: the table is refused, the duration is not positive, or the delay is no whole
             number of control periods.
         SurefootError: a controller refuses its parameters.
     """
@@ -225,39 +239,40 @@ def _table(walks: Walks | Sequence[Sequence[Push]] | int, disturbance: Disturban
 
 
 def _walk_compiled(part: Chunk, results: NDArray[np.void], pool: ThreadPoolExecutor) -> None:
-    scenes = part.scenes
-    states = [one.controller.start(one.start) for one in scenes]
-    records = tuple(
-        stack(arrays, arrays[0].dtype)
-        for arrays in (
-            [one.controller.parameters for one in scenes],
-            states,
-            [one.simulator.parameters for one in scenes],
-            [one.simulator.start(one.start) for one in scenes],
-            [one.sensors.parameters for one in scenes],
-            [scenes[0].sensors.start()],
-            [new_array(MONITOR)],
-            [one.progress for one in scenes],
+    controllers = [one.controller for one in part.scenes]
+    states = [one.controller.start(one.start) for one in part.scenes]
+    parameters = stack([one.parameters for one in controllers], controllers[0].parameters.dtype)
+    scenes = _Room(
+        *(
+            stack(arrays, arrays[0].dtype)
+            for arrays in (
+                states,
+                [one.simulator.start(one.start) for one in part.scenes],
+                [one.simulator.parameters for one in part.scenes],
+                [one.sensors.parameters for one in part.scenes],
+                [part.scenes[0].sensors.start()],
+                [new_array(MONITOR)],
+                [one.progress for one in part.scenes],
+            )
         )
     )
-    kernel = kernel_pointer(scenes[0].controller, states[0])
-    rows = part.scene, part.seeds, first_starts(part.pushes), last_ends(part.pushes), part.pushes
+    kernel = kernel_pointer(controllers[0], states[0])
+    rows = _Rows(
+        part.scene, part.seeds, first_starts(part.pushes), last_ends(part.pushes), part.pushes
+    )
 
     def run(share: slice) -> None:
-        trunk, branch = _room(records), _room(records)
-        _walk_range(kernel, records, trunk, branch, *(row[share] for row in rows), results[share])
+        trunk, branch = _room(scenes), _room(scenes)
+        mine = _Rows._make(row[share] for row in rows)
+        _walk_range(kernel, parameters, scenes, trunk, branch, mine, results[share])
 
     count, threads = len(results), pool._max_workers
     size = max(1, min(PART, math.ceil(count / (8 * threads))))
     list(pool.map(run, [slice(i, i + size) for i in range(0, count, size)]))
 
 
-def _room(records: tuple[NDArray[np.void], ...]) -> tuple[NDArray[np.void], ...]:
-    """Room for one walk: two states and two worlds that swap, then simulator, sensors, what was
-    measured, monitor and progress."""
-    _, state, simulator, world, *rest = (one.dtype for one in records)
-    kinds = ((state, 2), (world, 2), (simulator, 1), *((one, 1) for one in rest))
-    return tuple(np.empty(count, kind) for kind, count in kinds)
+def _room(scenes: _Room) -> _Room:
+    return _Room(*(np.empty(2 if i < 2 else 1, one.dtype) for i, one in enumerate(scenes)))
 
 
 def _walk_in_python(part: Chunk, results: NDArray[np.void], pool: ThreadPoolExecutor) -> None:
@@ -299,8 +314,60 @@ def _walk_forks(
 def _walk_on(world: PointWorld, judge: Judge, until: float) -> None:
     """What `_walk` does, for controllers without a kernel."""
     while world.time + world.controller.period < until:
-        world.observe()
         world.decide()
         if judge.judge(world.record, world.command):
             return
         world.act()
+
+
+@njit
+def _land_all(kernel, parameters, state, simulator, world, pushes, max_cycles, landings):
+    """One step under each row of `pushes`, up to its touchdown."""
+    states, worlds = np.empty(2, state.dtype), np.empty(2, world.dtype)
+    for i in range(landings.shape[0]):
+        states[:], worlds[0] = state[0], world[0]
+        now, adapted = 0, False
+        for _ in range(max_cycles):
+            kernel(parameters[0], states[now], worlds[now].observation, states[1 - now])
+            command = states[1 - now].command
+            adapted = adapted or command.mode == _ADAPTING
+            lipm_cycle(simulator[0], worlds[now], command, pushes[i], worlds[1 - now])
+            now = 1 - now
+            if worlds[now].steps > 0:
+                break
+        observation = worlds[now].observation
+        landings[i].time, landings[i].adapted = observation.time, adapted
+        for k in range(2):
+            landings[i].offset[k] = observation.dcm[k] - observation.support_foot[k]
+
+
+def pushed_landings(
+    controller: Controller, pushes: Sequence[Push], first_support: Side = Side.RIGHT
+) -> NDArray[np.void]:
+    """How one step from the nominal gait ends under each of several pushes.
+
+    The gait is periodic, so a push in the third step is as good as one in the first.
+
+    Args:
+        controller: what decides; it must have a compiled kernel.
+        pushes: one for each walk; their time counts from the touchdown that begins the step.
+        first_support: the foot that stands.
+
+    Returns:
+        `Landing` records, shape (len(pushes),).
+
+    Raises:
+        ParameterError: the controller has no kernel.
+    """
+    simulator = LipmSimulator(controller.robot, controller.period)
+    observation = controller.first_observation(first_support)
+    state = controller.start(observation)
+    table = Walks(pushes=[[push] for push in pushes]).push_table()
+    landings = np.zeros(len(pushes), LANDING)
+    max_cycles = math.ceil(2.0 * controller.robot.gait.step_duration[1] / controller.period)
+    kernel = kernel_pointer(controller, state)
+    _land_all(
+        kernel, controller.parameters, state, simulator.parameters, simulator.start(observation),
+        table, max_cycles, landings,
+    )  # fmt: skip
+    return landings

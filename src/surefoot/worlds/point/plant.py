@@ -3,7 +3,7 @@
 A cycle ends after one control period, or at the exact instant of touchdown if that comes first;
 the control clock restarts there, so every step is sampled alike. Pushes begin and end at their
 exact instants inside a cycle. A robot with a trunk has a flywheel at the hip, which a controller
-may turn: see `dcm.trunk`.
+may turn: see `dcm.pendulum`.
 """
 
 from __future__ import annotations
@@ -21,9 +21,8 @@ from numpy.typing import NDArray
 from surefoot.checks import check_number
 from surefoot.compiled import entry_point, njit
 from surefoot.dcm.leg import follow
-from surefoot.dcm.pendulum import com_flow, com_flow_by, pushed_pivot
+from surefoot.dcm.pendulum import com_flow, com_flow_by, pushed_pivot, trunk_flow
 from surefoot.dcm.pushes import PUSH, Push, force_until_change, push_records
-from surefoot.dcm.trunk import trunk_flow
 from surefoot.dcm.viability import fall_distance
 from surefoot.geometry import length
 from surefoot.interface import COMMAND, Command, Observation
@@ -182,8 +181,7 @@ def _touch_down(observation):
 
 @njit(forceinline=True)
 def _time_of_landing(parameters, world, command, end, next_world):
-    """When the foot meets the ground, since the last touchdown [s]: when it is to, if nothing is
-    wrong with the ground."""
+    """When the foot meets the ground, since the last touchdown [s]: as commanded on even ground."""
     elapsed, shift = world.observation.elapsed, parameters.touchdown_shift
     # The foot cannot land in the cycle in which it leaves the ground, whatever is commanded.
     landing = max(command.step_duration + min(shift, 0.0), elapsed, parameters.period)

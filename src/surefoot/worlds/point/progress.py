@@ -11,13 +11,13 @@ from numpy.typing import NDArray
 
 from surefoot.compiled import entry_point, njit
 from surefoot.dcm.viability import viable_offsets
-from surefoot.interface import COMMAND, OBSERVATION, Command, Controller
-from surefoot.record import copy_array, new_array
+from surefoot.interface import COMMAND, OBSERVATION, Command, Controller, Observation
+from surefoot.record import Array, Record, copy_array, field, new_array
 from surefoot.robot.feet import Side
 from surefoot.robot.robot import Robot
 from surefoot.rollout.outcome import (
     MONITOR,
-    SETTLED,
+    Settled,
     is_settled,
     settled_error,
     settled_rule,
@@ -25,50 +25,55 @@ from surefoot.rollout.outcome import (
 )
 from surefoot.worlds.point.plant import LIPM_WORLD
 
-PROGRESS = np.dtype(
-    [
-        ("quiet_time", "f8"),
-        ("duration", "f8"),
-        ("rule", SETTLED),
-        ("viable_min", "f8", (2, 2)),
-        ("viable_max", "f8", (2, 2)),
-        ("ends_early", "?"),
-        ("cycles", "i8"),
-        ("steps", "i8"),
-        ("steps_pushed", "i8"),
-        ("recovery_time", "f8"),
-        ("recovery_steps", "i8"),
-        ("margin", "f8"),
-        ("dcm_error", "f8"),
-        ("ended", "?"),
-        ("fallen", "?"),
-        ("settled", "?"),
-    ],
-)
-"""The question: when the last push is over and when the walk is [s], what is settled, the DCM
-offsets at touchdown that can be saved, by the side that has landed [m], and whether the walk ends
-once it is settled. And how it stands: cycles, finished steps, those of them that were finished
-before the last push was over, what became of the push (see `WALK_RESULT`), and how it ended."""
 
-WALK_RESULT = np.dtype(
-    [
-        ("end_time", "f8"),
-        ("cycles", "i8"),
-        ("steps", "i8"),
-        ("fallen", "?"),
-        ("settled", "?"),
-        ("recovery_time", "f8"),
-        ("recovery_steps", "i8"),
-        ("margin", "f8"),
-        ("dcm_error", "f8"),
-        ("final", OBSERVATION),
-    ],
-)
-"""One walk: when it ended [s], cycles, finished steps, whether it fell and whether it was settled
-on its gait; from the end of the last push to the first touchdown at which it was settled, the time
-[s] and the steps finished, NaN and -1 if there was none; of all touchdowns the least margin: how
-far the DCM offset was inside of what stepping can save, with a whole sole and a leg without limits,
-negative outside [m]; the largest DCM error [m]; and the last observation."""
+class Progress(Record):
+    """What is asked of a walk, and how it stands."""
+
+    quiet_time: float = field("s", "when the last push is over")
+    duration: float = field("s", "when the walk is over")
+    rule: Settled = field("", "by which it is settled")
+    viable_min: Array = field(
+        "m",
+        "least DCM offset at touchdown that can be saved, by the side that landed",
+        shape=(2, 2),
+    )
+    viable_max: Array = field("m", "likewise the largest", shape=(2, 2))
+    ends_early: bool = field("", "whether the walk ends once it is settled")
+    cycles: int = field("-", "so far")
+    steps: int = field("-", "finished")
+    steps_pushed: int = field("-", "those that were finished before the last push was over")
+    recovery_time: float = field("s", "as in `WalkResult`")
+    recovery_steps: int = field("-", "likewise")
+    margin: float = field("m", "likewise")
+    dcm_error: float = field("m", "likewise")
+    ended: bool = field("", "whether the walk is over")
+    fallen: bool = field("", "whether it ended with a fall")
+    settled: bool = field("", "whether it was settled when it ended")
+
+
+class WalkResult(Record):
+    """One walk of a batch."""
+
+    end_time: float = field("s", "when it ended")
+    cycles: int = field("-", "of control")
+    steps: int = field("-", "finished")
+    fallen: bool = field("", "whether it fell")
+    settled: bool = field("", "whether it was settled on its gait")
+    recovery_time: float = field(
+        "s",
+        "from the end of the last push to the first touchdown at which it was settled, else NaN",
+    )
+    recovery_steps: int = field("-", "the steps finished between these, -1 if there was none")
+    margin: float = field(
+        "m",
+        "of all touchdowns the least: how far the DCM offset was inside of what stepping can save, "
+        "with a whole sole and a leg without limits, negative outside",
+    )
+    dcm_error: float = field("m", "the largest one")
+    final: Observation = field("", "the last one")
+
+
+PROGRESS, WALK_RESULT = Progress.DTYPE, WalkResult.DTYPE
 
 
 @njit
@@ -91,10 +96,10 @@ def judge(monitor, world, command, progress):
     `quiet_time` at which it is settled; see `rollout.outcome`.
 
     Args:
-        monitor: a `MONITOR` record.
-        world: a `LIPM_WORLD` record.
-        command: the `COMMAND` record that answers it.
-        progress: a `PROGRESS` record, written.
+        monitor: a `Monitor`.
+        world: a `LipmWorld`.
+        command: the `Command` that answers it.
+        progress: a `Progress`, written.
     """
     observation, quiet = world.observation, progress.quiet_time
     landed = observation.support_side != monitor.support_side
@@ -123,7 +128,7 @@ def judge(monitor, world, command, progress):
 
 @njit
 def finish(progress, observation, result):
-    """Write the `WALK_RESULT` of a walk whose last observation this is."""
+    """Write the `WalkResult` of a walk whose last observation this is."""
     result.end_time, result.final = observation.time, observation
     result.cycles, result.steps = progress.cycles, progress.steps
     result.fallen, result.settled = progress.fallen, progress.settled
@@ -176,7 +181,7 @@ class Judge:
     """Judges a walk in Python, cycle by cycle; the same kernels as in a batch.
 
     Args:
-        progress: a `PROGRESS` record of a walk that has not begun, shape (1,); not changed.
+        progress: a `Progress` of a walk that has not begun, shape (1,); not changed.
         monitor: of a walk that is under way, shape (1,); not changed.
     """
 
@@ -205,7 +210,7 @@ class Judge:
         return self.ended
 
     def finish(self, observation: NDArray[np.void], result: NDArray[np.void]) -> None:
-        """Write the `WALK_RESULT` of a walk whose last observation this is, shape (1,)."""
+        """Write the `WalkResult` of a walk whose last observation this is, shape (1,)."""
         _compiled()[1](self._progress, copy_array(observation), result)
 
 

@@ -3,11 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections import deque
 from collections.abc import Callable, Sequence
 from pathlib import Path
-
-import numpy as np
 
 from surefoot.checks import check_number
 from surefoot.control.estimator import Estimator
@@ -17,11 +14,11 @@ from surefoot.interface import Controller
 from surefoot.robot.feet import Side
 from surefoot.robot.robot import Robot
 from surefoot.rollout.disturbance import Disturbance
-from surefoot.rollout.dump import Checkpoint, Dump, check_dump_path, write_dump
+from surefoot.rollout.dump import Dump, check_dump_path, write_dump
 from surefoot.rollout.rollout import Rollout
+from surefoot.worlds.last_steps import LastSteps, walk_again
 from surefoot.worlds.point.world import PointWorld
 from surefoot.worlds.steering import Steering
-from surefoot.worlds.walk import Walk
 
 
 def simulate(
@@ -76,54 +73,26 @@ def simulate(
         check_dump_path(Path(dump))
     for _, velocity in velocity_changes:
         controller.with_velocity(velocity)
-    world = PointWorld(
-        controller, plant, disturbance, estimator, first_support=first_support, retained=math.inf
-    )
     plan = [(time, Steering(velocity)) for time, velocity in velocity_changes]
-    walk = Walk(world, pushes, plan, watch)
-    kept = None if dump is None else _LastStates(world)
-    walk.run(duration, kept)
-    # The last instant is observed and answered, and the answer is not carried out.
-    walk.decide()
-    rollout = walk.rollout()
-    if dump is not None and kept is not None and (walk.fallen or kept.is_nan(world)):
-        write_dump(Path(dump), rollout, kept.first)
-    return rollout
 
+    def begin() -> PointWorld:
+        world = PointWorld(
+            controller, plant, disturbance, estimator, first_support=first_support,
+            retained=math.inf,
+        )  # fmt: skip
+        return world.prepare(pushes, plan, watch)
 
-class _LastStates:
-    """Keeps the states of the last one or two steps, and ends the walk at the first NaN.
-
-    Args:
-        world: at the start.
-    """
-
-    def __init__(self, world: PointWorld) -> None:
-        self._kept: deque[tuple[float, Checkpoint]] = deque(maxlen=2)
-        self._keep(world)
-
-    def __call__(self, world: PointWorld) -> bool:
-        if world.time - self._kept[-1][0] >= world.controller.gait.step_duration:
-            self._keep(world)
-        return self.is_nan(world)
-
-    def _keep(self, world: PointWorld) -> None:
-        self._kept.append((world.time, world.checkpoint()))
-
-    @property
-    def first(self) -> Checkpoint:
-        """The earliest that is kept."""
-        return self._kept[0][1]
-
-    @staticmethod
-    def is_nan(world: PointWorld) -> bool:
-        """Whether a number of the last command, or of what came of it, is NaN."""
-        records = world.command.array, world.record["observation"]
-        return any(np.isnan(one[name]).any() for one in records for name in one.dtype.names or ())
+    world = begin()
+    steps = None if dump is None else LastSteps(world)
+    world.run(duration, steps)
+    world.finish()
+    if dump is not None and steps is not None and (world.fallen or world.is_nan()):
+        write_dump(Path(dump), steps.walked_again(begin().prepare(pushes), duration))
+    return world.rollout()
 
 
 def replay(dump: Dump, controller: Controller, estimator: Estimator | None = None) -> Rollout:
-    """Walk a dump again, from its first state on.
+    """Walk a dump of a point mass again, from its first state on.
 
     Args:
         dump: as `rollout.dump.load_dump` reads it.
@@ -137,21 +106,7 @@ def replay(dump: Dump, controller: Controller, estimator: Estimator | None = Non
         ParameterError: it is not the controller that walked: its commands differ.
     """
     walk = dump.rollout
-    (_, velocity), *later = walk.velocities
-    if velocity != controller.gait.velocity:
-        controller = controller.with_velocity(velocity)
     world = PointWorld(controller, walk.robot, walk.disturbance, estimator, retained=math.inf)
-    world.resume(dump.checkpoint)
-    again = Walk(world, walk.pushes, [(time, Steering(to)) for time, to in later])
-    for _ in walk.time[1:]:
-        again.decide()
-        world.act()
-    again.decide()
-    found = again.rollout()
-    if found.commands.tobytes() != walk.commands.tobytes():
-        raise ParameterError(
-            f"the controller that walked, {walk.controller}({walk.controller_parameters})",
-            f"one that decides otherwise, {found.controller}({found.controller_parameters})",
-            "make it with the same robot, parameters and estimator",
-        )
-    return found
+    return walk_again(
+        dump, world.prepare(walk.pushes, [(at, Steering(to)) for at, to in walk.velocities[1:]])
+    )

@@ -1,4 +1,4 @@
-"""A table of walks, a row each: where they start, what pushes them, who decides, what is wrong."""
+"""A table of walks, a row each: start, pushes, controller, plant and disturbance."""
 
 from __future__ import annotations
 

@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-import copy
 import math
 from collections import deque
 from dataclasses import replace
 from time import perf_counter_ns
-from typing import NamedTuple, Self
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from surefoot.checks import check_number
 from surefoot.control.estimator import Estimator
-from surefoot.dcm.frame_turn import rotated, turned
 from surefoot.dcm.pushes import Push, acting_force
-from surefoot.interface import COMMAND, OBSERVATION, Command, Controller, Observation
+from surefoot.geometry import rotated
+from surefoot.interface import COMMAND, OBSERVATION, Command, Controller, Observation, rotate_record
 from surefoot.record import copy_array, new_array, stack
 from surefoot.robot.feet import Side
 from surefoot.robot.robot import Robot
@@ -29,7 +28,7 @@ from surefoot.version import VERSION
 from surefoot.worlds.point.plant import LipmSimulator
 from surefoot.worlds.point.sensors import PointSensors
 from surefoot.worlds.steering import Steering
-from surefoot.worlds.world import Route
+from surefoot.worlds.world import World
 
 
 class _Row(NamedTuple):
@@ -41,7 +40,7 @@ class _Row(NamedTuple):
     took: int
 
 
-class PointWorld:
+class PointWorld(World):
     """A point mass with its controller.
 
     Turning gives the controller another frame, and a new memory, at every touchdown.
@@ -56,11 +55,8 @@ class PointWorld:
         retained: how much of the past is retained [s].
 
     Attributes:
-        robot: the one that is moved.
-        controller: what decides, for the velocity of now.
-        steering: where it is to go.
-        plan: the commands that are to hold later.
         state: of the controller, a record of shape (1,).
+        record: of the world, likewise, a `LipmWorld`.
         command: its last one, in the world's frame.
 
     Raises:
@@ -84,13 +80,11 @@ class PointWorld:
         self._about = type(controller).__name__, describe(controller)
         self._disturbance, self._estimator = disturbance, estimator
         self.steering = Steering(controller.gait.velocity)
-        self.plan: Route = ()
-        self._pushes: tuple[Push, ...] = ()
         self._simulator = LipmSimulator(plant, controller.period, (), disturbance, controller.robot)
         self._sensors = PointSensors(controller, plant, disturbance, estimator)
         observation = start or controller.first_observation(first_support)
         self.record = self._simulator.start(observation)
-        self._memory, self._seen = self._sensors.start(), observation
+        self._memory, self._measured = self._sensors.start(), observation
         self.state = controller.start(observation)
         self.command = Command.of(new_array(COMMAND))
         self._took = 0
@@ -99,14 +93,7 @@ class PointWorld:
         )
         self._velocities = [(0.0, controller.gait.velocity)]
 
-    @property
-    def pushes(self) -> tuple[Push, ...]:
-        """The forces on the CoM."""
-        return self._pushes
-
-    @pushes.setter
-    def pushes(self, pushes: tuple[Push, ...]) -> None:
-        self._pushes = pushes
+    def _set_pushes(self, pushes: tuple[Push, ...]) -> None:
         self._simulator = replace(self._simulator, pushes=pushes)
 
     def push_with(self, records: NDArray[np.void]) -> None:
@@ -137,8 +124,8 @@ class PointWorld:
         """Whether it is this time, or later."""
         return self.time >= time
 
-    def steer(self, steering: Steering, since: float | None = None) -> None:
-        """Walk elsewhere, see `World.steer`; a stand is a walk in place."""
+    def follow(self, steering: Steering, since: float | None = None) -> None:
+        """Walk elsewhere, see `World.follow`; a stand is a walk in place."""
         velocity = (0.0, 0.0) if steering.standing else steering.velocity
         if velocity != self.controller.gait.velocity:
             self.controller = self.controller.with_velocity(velocity)
@@ -149,17 +136,17 @@ class PointWorld:
 
     def observe(self) -> None:
         """Measure the world, and estimate its state."""
-        self._seen, self._memory = self._sensors.step(self._memory, self.record, self.command)
+        self._measured, self._memory = self._sensors.step(self._memory, self.record, self.command)
 
-    def decide(self) -> None:
+    def answer(self) -> None:
         """What the controller answers, in a frame that turns with the steps."""
-        observation = Observation.of(turned(self._seen.array, -self._heading))
+        observation = Observation.of(rotate_record(self._measured.array, -self._heading))
         before = perf_counter_ns()
         command, self.state = self.controller.step(self.state, observation)
         self._took = perf_counter_ns() - before
         self.command = Command.of(self._in_world(command.array))
         truth = self.record["observation"]
-        self._rows.append(_Row(truth, self._seen.array, self.command.array, self._took))
+        self._rows.append(_Row(truth, self._measured.array, self.command.array, self._took))
 
     def act(self) -> None:
         """Move the point mass, exactly."""
@@ -169,7 +156,7 @@ class PointWorld:
 
     def _in_world(self, command: NDArray[np.void]) -> NDArray[np.void]:
         """The answer in the world, with a foot that turns to the next heading while it swings."""
-        answer = turned(command, self._heading)
+        answer = rotate_record(command, self._heading)
         if self.steering.turning != 0.0:
             turn = self._turn_of_a_step()
             elapsed = self.record["observation"]["elapsed"][0] + self.controller.period
@@ -185,9 +172,9 @@ class PointWorld:
         if self.steering.turning == 0.0 or self.fallen:
             return
         self._heading = float(self.record["observation"]["support_yaw"][0])
-        # Its memory is of another frame; at a touchdown it holds little that is not seen anew.
-        seen = turned(self.record["observation"], -self._heading)
-        self.state = self.controller.start(Observation.of(seen))
+        # Its memory is of another frame; at a touchdown it holds little that is needed.
+        observation = rotate_record(self.record["observation"], -self._heading)
+        self.state = self.controller.start(Observation.of(observation))
         self._note_velocity(self.time)
 
     def _note_velocity(self, since: float) -> None:
@@ -202,26 +189,42 @@ class PointWorld:
         before = [velocity for at, velocity in self._velocities if at <= first]
         return [(first, before[-1]), *(one for one in self._velocities if one[0] > first)]
 
-    def checkpoint(self) -> Checkpoint:
-        """All that evolves, between two cycles."""
-        return Checkpoint(
-            len(self._rows), self._heading, self.record, self._memory, self.state,
-            self.command.array,
-        )  # fmt: skip
+    def finish(self) -> None:
+        """The last instant is observed and answered, and the answer is not carried out."""
+        self.decide()
 
-    def resume(self, at: Checkpoint) -> None:
-        """Go on from a checkpoint, with nothing retained of what was before it."""
+    def is_nan(self) -> bool:
+        """Whether a number of the last command, or of what came of it, is NaN."""
+        records = self.command.array, self.record["observation"]
+        return any(np.isnan(one[name]).any() for one in records for name in one.dtype.names or ())
+
+    def checkpoint(self) -> Checkpoint:
+        """All that evolves, see `World.checkpoint`: numbers, and records of shape (1,)."""
+        return {
+            "heading": np.array(self._heading),
+            "steering": self.steering.array,
+            "velocity": np.array(self.controller.gait.velocity),
+            "world": self.record,
+            "measured": self._memory,
+            "state": self.state,
+            "command": self.command.array,
+        }
+
+    def resume(self, checkpoint: Checkpoint) -> None:
+        """Go on from a checkpoint, see `World.resume`."""
         self._rows.clear()
-        self._heading, self.record, self._memory = at.heading, at.world, at.measured
-        self.state, self.command = at.state, Command.of(at.command)
-        velocity = rotated(self.controller.gait.velocity, at.heading)
+        self._heading = float(checkpoint["heading"])
+        self.steering = Steering.of(checkpoint["steering"])
+        self.record, self._memory = checkpoint["world"], checkpoint["measured"]
+        self.state, self.command = checkpoint["state"], Command.of(checkpoint["command"])
+        v_x, v_y = checkpoint["velocity"].tolist()
+        if (v_x, v_y) != self.controller.gait.velocity:
+            self.controller = self.controller.with_velocity((v_x, v_y))
+        velocity = rotated(self.controller.gait.velocity, self._heading)
         self._velocities = [(self.time, velocity)]
 
-    def fork(self, recorded: bool = True) -> Self:
-        """A copy that goes on by itself, see `World.fork`."""
-        other = copy.copy(self)
-        other._rows = self._rows.copy() if recorded else deque(maxlen=0)
-        return other
+    def _separate(self, recorded: bool) -> None:
+        self._rows = self._rows.copy() if recorded else deque(maxlen=0)
 
     def snapshot(self) -> Snapshot:
         """What a picture of the last cycle needs; an IndexError if none is retained."""

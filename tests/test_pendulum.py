@@ -1,4 +1,4 @@
-"""The flywheel at the hip: exact flow, its stop, and what it does to the CoM."""
+"""The pendulum and the flywheel at its hip: exact flow, its stop, and what it does to the CoM."""
 
 from __future__ import annotations
 
@@ -10,8 +10,74 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import surefoot as sf
-from surefoot.dcm.trunk import trunk_flow
+from surefoot.dcm.pendulum import com_flow, dcm_flow, pushed_pivot, trunk_flow
 from surefoot.robot.robot import Trunk, preset_text
+
+positions = st.floats(-2.0, 2.0)
+durations = st.floats(0.0, 0.8)
+omegas = st.floats(2.0, 6.0)
+
+
+def test_natural_frequency_of_table_2(robot: sf.Robot) -> None:
+    # sqrt(9.81 / 0.8) = 3.5018
+    assert robot.replace(com_height=0.8).omega == pytest.approx(3.5018, abs=5e-5)
+    assert robot.replace(com_height=0.8, gravity=1.62).omega == pytest.approx(math.sqrt(1.62 / 0.8))
+
+
+@given(positions, positions, omegas, durations, durations)
+def test_dcm_flow_is_a_semigroup(dcm, pivot, omega, a, b) -> None:
+    together = dcm_flow(dcm, pivot, omega, a + b)
+    in_turn = dcm_flow(dcm_flow(dcm, pivot, omega, a), pivot, omega, b)
+    assert in_turn == pytest.approx(together, rel=1e-12, abs=1e-9)
+
+
+@given(positions, positions, positions, omegas, durations, durations)
+def test_com_flow_is_a_semigroup(com, velocity, pivot, omega, a, b) -> None:
+    together = com_flow(com, velocity, pivot, omega, a + b)
+    in_turn = com_flow(*com_flow(com, velocity, pivot, omega, a), pivot, omega, b)
+    assert in_turn == pytest.approx(together, rel=1e-12, abs=1e-9)
+
+
+@given(positions, positions, positions, omegas, durations)
+def test_the_flow_can_be_run_backwards(com, velocity, pivot, omega, duration) -> None:
+    there = com_flow(com, velocity, pivot, omega, duration)
+    assert com_flow(*there, pivot, omega, -duration) == pytest.approx((com, velocity), abs=1e-9)
+
+
+@given(positions, positions, positions, omegas, durations)
+def test_the_dcm_of_the_com_flow_is_the_dcm_flow(com, velocity, pivot, omega, duration) -> None:
+    com_then, velocity_then = com_flow(com, velocity, pivot, omega, duration)
+    dcm_then = dcm_flow(com + velocity / omega, pivot, omega, duration)
+    assert com_then + velocity_then / omega == pytest.approx(dcm_then, abs=1e-9)
+
+
+def test_com_flow_solves_the_pushed_pendulum() -> None:
+    """Two implementations: the closed form, and Runge-Kutta on x'' = w^2 (x - p) + F/m."""
+    omega, mass, force, zmp = 3.5, 70.0, 50.0, 0.1
+    x, v, dt = 0.05, 0.3, 1e-4
+
+    def slope(x: float, v: float) -> tuple[float, float]:
+        return v, omega**2 * (x - zmp) + force / mass
+
+    pivot = pushed_pivot(zmp, force, mass, omega)
+    expected = com_flow(x, v, pivot, omega, 0.5)
+    for _ in range(5000):
+        k1 = slope(x, v)
+        k2 = slope(x + 0.5 * dt * k1[0], v + 0.5 * dt * k1[1])
+        k3 = slope(x + 0.5 * dt * k2[0], v + 0.5 * dt * k2[1])
+        k4 = slope(x + dt * k3[0], v + dt * k3[1])
+        x += dt / 6.0 * (k1[0] + 2.0 * k2[0] + 2.0 * k3[0] + k4[0])
+        v += dt / 6.0 * (k1[1] + 2.0 * k2[1] + 2.0 * k3[1] + k4[1])
+    assert (x, v) == pytest.approx(expected, abs=1e-10)
+
+
+@given(positions, positions, positions, omegas, durations)
+def test_compiled_and_interpreted_agree(com, velocity, pivot, omega, duration) -> None:
+    compiled = com_flow(com, velocity, pivot, omega, duration)
+    assert com_flow.py_func(com, velocity, pivot, omega, duration) == pytest.approx(
+        compiled, rel=1e-13, abs=1e-13
+    )
+
 
 ROBOT = sf.load_robot("paper-biped")
 TRUNK = Trunk(inertia=4.4, max_torque=100.0, max_lean=0.5)
@@ -19,10 +85,10 @@ TRUNK = Trunk(inertia=4.4, max_torque=100.0, max_lean=0.5)
 leans = st.floats(-0.5, 0.5)
 speeds = st.floats(-4.0, 4.0)
 torques = st.floats(-100.0, 100.0)
-durations = st.floats(1e-4, 0.4)
+moments = st.floats(1e-4, 0.4)
 
 
-@given(lean=leans, speed=speeds, torque=torques, duration=durations, share=st.floats(0.05, 0.95))
+@given(lean=leans, speed=speeds, torque=torques, duration=moments, share=st.floats(0.05, 0.95))
 def test_two_flows_are_one(lean, speed, torque, duration, share) -> None:
     """The semigroup, also through the stop; the blow is taken once."""
     whole = trunk_flow(lean, speed, torque, 4.4, 0.5, duration)
@@ -34,14 +100,14 @@ def test_two_flows_are_one(lean, speed, torque, duration, share) -> None:
     assert first[3] + rest[3] == pytest.approx(whole[3], abs=1e-3)
 
 
-@given(lean=leans, speed=speeds, torque=torques, duration=durations)
+@given(lean=leans, speed=speeds, torque=torques, duration=moments)
 def test_its_mirror_image_is_the_mirror_image(lean, speed, torque, duration) -> None:
     here = trunk_flow(lean, speed, torque, 4.4, 0.5, duration)
     there = trunk_flow(-lean, -speed, -torque, 4.4, 0.5, duration)
     assert (there[0], there[1], there[2], there[3]) == (-here[0], -here[1], here[2], -here[3])
 
 
-@given(lean=leans, speed=speeds, torque=torques, duration=durations)
+@given(lean=leans, speed=speeds, torque=torques, duration=moments)
 def test_the_stop_is_never_passed(lean, speed, torque, duration) -> None:
     at, _, acted, momentum = trunk_flow(lean, speed, torque, 4.4, 0.5, duration)
     assert abs(at) <= 0.5 + 1e-12
