@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import argparse
 from time import perf_counter_ns
+from typing import Any
 
 import numpy as np
 from rich.console import Console
@@ -16,6 +17,7 @@ from rich.table import Table
 
 import surefoot as sf
 from surefoot.worlds.body.gait import body_control, body_controller, walking_robot
+from surefoot.worlds.body.interface import JointCommand
 from surefoot.worlds.body.plant import BodyPlant
 from surefoot.worlds.body.sensors import BodySensors
 
@@ -40,10 +42,11 @@ class Walk:
         self.plant = BodyPlant(multibody)
         self.sensors = BodySensors(self.plant, None, None)
         self.state = self.control.start()
+        self.command = JointCommand(len(multibody.motors), multibody.model.nv)
         self.times: list[float] = []
         joints = self.control.mapping.joints
 
-        def timing(*arguments: object) -> object:
+        def timing(*arguments: Any) -> Any:
             began = perf_counter_ns()
             result = joints(*arguments)
             self.times.append(1e-3 * (perf_counter_ns() - began))
@@ -56,9 +59,10 @@ class Walk:
         steering = sf.Steering(VELOCITY)
         for _ in range(TURN):
             readings = self.sensors.measure(first=self.plant.cycle == 0)
-            body = self.sensors.estimate(readings, self.state, None)
-            command, self.state = self.control.step(self.state, self.plant.time, *body, steering)
-            self.plant.act(command)
+            body = self.sensors.estimate(readings, self.state, self.command)
+            time = self.plant.time
+            self.command, self.state = self.control.step(self.state, time, *body, steering)
+            self.plant.act(self.command)
 
 
 def main() -> None:

@@ -89,7 +89,8 @@ def held_acceleration(mechanics: Mechanics, torque: NDArray[np.float64]) -> NDAr
     effort[multibody.motor_dofs] += torque
     matrix = np.block([[mechanics.inertia, -jacobian.T], [jacobian, np.zeros((12, 12))]])
     right = np.concatenate([effort, -mechanics.sole_drift.ravel()])
-    return np.linalg.lstsq(matrix, right, rcond=None)[0][:nv]
+    found = np.linalg.lstsq(matrix, right, rcond=None)[0]
+    return np.array(found[:nv], np.float64)
 
 
 @pytest.mark.parametrize("kind", [BalanceForce, InverseDynamics])

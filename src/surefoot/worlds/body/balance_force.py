@@ -188,14 +188,14 @@ def assemble(robot, state, reference, plan, tasks, program):
 
 
 @njit
-def joint_torques(robot, state, plan, wrenches, solution, torque):
+def joint_torques(motors, velocity, forces, wrenches, solution, torque):
     """Write tau_d - J' f, within what the motors can give."""
-    for j in range(robot.motors.shape[0]):
-        motor = robot.motors[j]
-        total = plan.forces[motor.dof]
+    for j in range(motors.shape[0]):
+        motor = motors[j]
+        total = forces[motor.dof]
         for c in range(solution.shape[0]):
             total -= wrenches[c, motor.dof] * solution[c]
-        least, most = torque_range(motor.torque, state.velocity[motor.dof], motor.speed)
+        least, most = torque_range(motor.torque, velocity[motor.dof], motor.speed)
         torque[j] = min(max(total, least), most)
 
 
@@ -216,7 +216,7 @@ def _compiled() -> tuple[Callable[..., None], Callable[..., None], Callable[...,
     return (
         entry_point(plan_motion, robot, state, BODY_REFERENCE, vector, plan),
         entry_point(assemble, robot, state, BODY_REFERENCE, plan, tasks, program),
-        entry_point(joint_torques, robot, state, plan, matrix, vector, vector),
+        entry_point(joint_torques, MOTOR, vector, vector, matrix, vector, vector),
     )
 
 
@@ -336,7 +336,10 @@ class BalanceForce:
         solution, status, about = solver.solve()
         s.command.status = status
         if status >= 1:
-            s.torques(s.robot, state, s.plan, s.tasks.wrenches, solution, s.command.torque)
+            s.torques(
+                s.robot.motors, m.velocity, s.plan.forces, s.tasks.wrenches, solution,
+                s.command.torque,
+            )  # fmt: skip
             s.command.acceleration[:] = s.plan.acceleration
             s.solution, s.multipliers = solution, about["lam"]
         return s.command, memory

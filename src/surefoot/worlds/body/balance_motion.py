@@ -144,6 +144,30 @@ def _sole_motion(k, ref, m, side, error, wanted):
 
 
 @njit
+def _solve(square, sums):
+    """Solve S X = B by the factors of Cholesky; S is given by its lower half, X is written over B.
+
+    Half a dozen unknowns take longer in a library's call than here.
+    """
+    n = square.shape[0]
+    for i in range(n):
+        for j in range(i + 1):
+            total = square[i, j]
+            for k in range(j):
+                total -= square[i, k] * square[j, k]
+            square[i, j] = math.sqrt(total) if i == j else total / square[j, j]
+    for c in range(sums.shape[1]):
+        for i in range(n):
+            for k in range(i):
+                sums[i, c] -= square[i, k] * sums[k, c]
+            sums[i, c] /= square[i, i]
+        for i in range(n - 1, -1, -1):
+            for k in range(i + 1, n):
+                sums[i, c] -= square[k, i] * sums[k, c]
+            sums[i, c] /= square[i, i]
+
+
+@njit
 def _leg_motion(b, skip, leg, jacobian, axes, wanted, slope, acceleration):
     """Write the accelerations of a leg's joints that move its sole as wanted, least squares.
 
@@ -175,18 +199,23 @@ def _leg_motion(b, skip, leg, jacobian, axes, wanted, slope, acceleration):
             for c in range(6):
                 right[i, c] += part * jacobian[3 + j, b.base + c]
             right[i, 6] += part * wanted[3 + j]
-    square, sums = rows.T @ rows, rows.T @ right
+    square, sums = np.zeros((n, n)), np.zeros((n, 7))
     for c in range(n):
+        for i in range(count):
+            for d in range(c + 1):
+                square[c, d] += rows[i, c] * rows[i, d]
+            for d in range(7):
+                sums[c, d] += rows[i, c] * right[i, d]
         square[c, c] += DAMPING
         sums[c, 6] += DAMPING * acceleration[leg[c]]
-    found = np.linalg.solve(square, sums)
+    _solve(square, sums)
     for c in range(n):
-        total = found[c, 6]
+        total = sums[c, 6]
         for i in range(6):
-            total -= found[c, i] * acceleration[b.base + i]
+            total -= sums[c, i] * acceleration[b.base + i]
         acceleration[leg[c]] = total
         if leg[c] == b.knees[0] or leg[c] == b.knees[1]:
-            slope[:] = found[c, :6]
+            slope[:] = sums[c, :6]
 
 
 @njit
