@@ -269,10 +269,7 @@ class InverseDynamics:
         forces: NDArray[np.float64],
         memory: JointMemory,
     ) -> tuple[JointCommand, JointMemory]:
-        """The torques for one cycle, and the accelerations that they are expected to cause.
-
-        What the ground pushes is decided here, and `forces` not asked for.
-        """
+        """The torques for one cycle, and what they should cause; `forces` are not asked for."""
         s, m = self._workspace, mechanics
         left, right = reference["stands"][0].tolist()
         solver = s.solvers.get((left, right))
