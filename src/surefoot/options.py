@@ -7,11 +7,14 @@ import threading
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from surefoot.errors import ParameterError
+
+if TYPE_CHECKING:
+    from surefoot.robot.robot import Robot
 
 Option = Callable[[Callable[..., Any]], Callable[..., Any]]
 """What `click.option` makes."""
@@ -78,12 +81,39 @@ def velocity_option(
     )  # fmt: skip
 
 
+SIMULATORS = "lipm", "three-mass", "mujoco"
+"""The worlds: a point mass, one on legs of mass, a body in physics."""
+
+
 def simulator_option(about: str) -> Option:
-    """The world: that of a point mass, or of a body."""
+    """The world: that of a point mass, with massless or heavy legs, or of a body."""
     return click.option(
-        "--simulator", type=click.Choice(["lipm", "mujoco"]), default="lipm", show_default=True,
-        help=about,
-    )  # fmt: skip
+        "--simulator", type=click.Choice(SIMULATORS), default="lipm", show_default=True, help=about
+    )
+
+
+legs_unknown_option = click.option(
+    "--legs-unknown", is_flag=True,
+    help="Three-mass: the ZMP is not moved by what the legs' masses need.",
+)  # fmt: skip
+
+
+def moved_robot(robot: Robot, simulator: str, legs_unknown: bool) -> Robot:
+    """The robot as a simulator of the command line moves it.
+
+    Raises:
+        RobotError: it has no masses of legs.
+        ParameterError: `--legs-unknown` with another simulator.
+    """
+    if simulator == "three-mass":
+        return robot.with_heavy_legs(known=not legs_unknown)
+    if legs_unknown:
+        raise ParameterError(
+            "--legs-unknown with --simulator three-mass",
+            f"--simulator {simulator}",
+            "leave --legs-unknown out, or choose the other simulator",
+        )
+    return robot
 
 
 settings_option = path_option(
@@ -138,14 +168,14 @@ def refuse_of_other_world(
     """Refuse options that make no sense with a simulator.
 
     Args:
-        simulator: "lipm" or "mujoco".
+        simulator: one of `SIMULATORS`.
         of_point_mass: options that a body has no use for, by their names in Python.
         of_body: likewise, those that a point mass has no use for.
 
     Raises:
         ParameterError: one is given; it is named.
     """
-    refused, other = (of_body, "mujoco") if simulator == "lipm" else (of_point_mass, "lipm")
+    refused, other = (of_point_mass, "lipm") if simulator == "mujoco" else (of_body, "mujoco")
     options = {one.name: one.opts[0] for one in click.get_current_context().command.params}
     for name in filter(given, refused):
         raise ParameterError(

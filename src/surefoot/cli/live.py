@@ -10,9 +10,11 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from surefoot.options import (
+    SIMULATORS,
     Option,
     compiling_notice,
     controller_option,
+    moved_robot,
     path_option,
     robot_option,
     simulator_option,
@@ -62,7 +64,7 @@ def page_options(command: Callable[..., Any]) -> Callable[..., Any]:
     "--ghost", default="", metavar="NAME",
     help="A second controller beside it, under the same pushes.",
 )  # fmt: skip
-@simulator_option("The point mass, or the body in physics.")
+@simulator_option("The point mass, the same on legs of mass, or the body in physics.")
 @page_options
 def live(
     robot: str, velocity: tuple[float, float], controller: str, ghost: str, simulator: str,
@@ -158,19 +160,21 @@ def make_walk(choice: Choice, key: str, steering: Steering) -> World:
         SurefootError: there is no such robot or method, it cannot walk so fast, or an extra is
             missing.
     """
-    make = _body_world if choice.simulator == "mujoco" else _point_world
-    walk = make(choice.robot, key, steering.velocity)
+    if choice.simulator == "mujoco":
+        walk = _body_world(choice.robot, key, steering.velocity)
+    else:
+        walk = _point_world(choice, key, steering.velocity)
     walk.steer(steering)
     return walk
 
 
-def _point_world(robot: str, key: str, velocity: tuple[float, float]) -> World:
+def _point_world(choice: Choice, key: str, velocity: tuple[float, float]) -> World:
     from surefoot.control.registry import find_method
     from surefoot.robot.robot import load_robot
     from surefoot.worlds.point.world import PointWorld
 
-    loaded = load_robot(robot)
-    return PointWorld(find_method(key).controller(loaded, velocity))
+    robot = moved_robot(load_robot(choice.robot), choice.simulator, legs_unknown=False)
+    return PointWorld(find_method(key).controller(robot, velocity))
 
 
 def _body_world(robot: str, key: str, velocity: tuple[float, float]) -> World:
@@ -226,8 +230,10 @@ def live_menu(choice: Choice) -> Menu:
     from surefoot.robot.robot import preset_names
 
     quick = [one for one in methods() if not one.slow]
+    all_keys = [one.key for one in quick]
     controllers = {
-        "lipm": [one.key for one in quick],
+        "lipm": all_keys,
+        "three-mass": all_keys,
         "mujoco": [one.key for one in quick if not one.leans],
     }
     # A slow one can be asked for by name.
@@ -235,7 +241,7 @@ def live_menu(choice: Choice) -> Menu:
     controllers[choice.simulator] = list(dict.fromkeys([*controllers[choice.simulator], *asked]))
     robots = list(dict.fromkeys([choice.robot, *preset_names()]))
     physics = find_spec("mujoco") is not None and find_spec("daqp") is not None
-    return Menu(robots, controllers, ["lipm", "mujoco"] if physics else ["lipm"])
+    return Menu(robots, controllers, [one for one in SIMULATORS if physics or one != "mujoco"])
 
 
 def _load(file: Path) -> Rollout:

@@ -18,7 +18,9 @@ from surefoot.options import (
     controller_option,
     given,
     json_option,
+    legs_unknown_option,
     mapping_option,
+    moved_robot,
     number_option,
     path_option,
     print_json,
@@ -48,7 +50,7 @@ OF_BODY = (
 )  # fmt: skip
 """Options that a point mass has no use for."""
 
-OF_POINT_MASS = ("footholds", "double_support", "unprojected", "decision_plot")
+OF_POINT_MASS = ("footholds", "double_support", "unprojected", "decision_plot", "legs_unknown")
 """Options that a body has no use for."""
 
 OPTION_OF = {"project_zmp": "--unprojected", "double_support": "--double-support"}
@@ -71,9 +73,10 @@ OPTION_OF = {"project_zmp": "--unprojected", "double_support": "--double-support
 @controller_option
 @settings_option
 @simulator_option(
-    "The world: the linear inverted pendulum, a point mass on two feet; or physics, a body with "
-    "joints and motors, from a stand."
+    "The world: the linear inverted pendulum, a point mass on two feet; the same on legs of mass; "
+    "or physics, a body with joints and motors, from a stand."
 )
+@legs_unknown_option
 @click.option(
     "--duration", type=float, default=6.0, show_default="6, of a body 10", metavar="S",
     help="How long to walk [s].",
@@ -267,6 +270,7 @@ def _point_mass_controller(asked: SimpleNamespace) -> Controller:
     robot = load_robot(asked.robot).with_leg(
         max_speed=asked.leg_speed, max_acceleration=asked.leg_acceleration
     )
+    robot = moved_robot(robot, asked.simulator, asked.legs_unknown)
     if asked.footholds is not None:
         return _foothold_controller(asked.footholds, robot, asked.parameters)
     chosen = find_method(asked.controller)

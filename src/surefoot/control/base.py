@@ -32,6 +32,17 @@ LEAST_CYCLES = 4
 """The shortest step has so many control cycles: every method walks with them, and few with less."""
 
 
+def _check_period(controller: Any) -> None:
+    shortest = controller.robot.gait.step_duration[0]
+    why = f"a step lasts {shortest:g} s"
+    check_most("period", controller.period, shortest / LEAST_CYCLES, "s", why)
+
+
+def control_period(default: float) -> Any:
+    """The setting of the period: short enough for the shortest step of the robot."""
+    return setting(default, "s", "control period", above=0.0, kw_only=True, check=_check_period)
+
+
 @dataclass(frozen=True)
 class GaitController:
     """A controller about the nominal gait of a commanded velocity.
@@ -48,7 +59,7 @@ class GaitController:
     velocity: tuple[float, float] = field(metadata=described("commanded (v_x, v_y)", "m/s"))
     _: KW_ONLY
     step_duration: float | None = setting(None, "s", "T_nom, chosen from the velocity if None")
-    period: float = setting(0.001, "s", "control period", above=0.0)
+    period: float = control_period(0.001)
     gait: NominalGait = field(init=False, repr=False)
     parameters: NDArray[np.void] = field(init=False, repr=False, compare=False)
 
@@ -57,9 +68,6 @@ class GaitController:
             remedy = 'load one: surefoot.load_robot("paper-biped")'
             raise ParameterError("a Robot", repr(self.robot), remedy)
         check_fields(self)
-        shortest = self.robot.gait.step_duration[0]
-        why = f"a step lasts {shortest:g} s"
-        check_most("period", self.period, shortest / LEAST_CYCLES, "s", why)
         self.check()
         object.__setattr__(self, "gait", self.make_gait())
         object.__setattr__(self, "velocity", self.gait.velocity)

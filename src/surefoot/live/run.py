@@ -41,7 +41,7 @@ class Choice:
         robot: preset or file.
         controller: key of a method.
         ghost: key of the second one's, "" if there is none.
-        simulator: "lipm" or "mujoco".
+        simulator: "lipm", "three-mass" or "mujoco".
     """
 
     robot: str = "paper-biped"

@@ -64,6 +64,35 @@ class Trunk(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tru
         )
 
 
+class Legs(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """The masses of the legs, for the three-mass pendulum; a point mass has massless legs.
+
+    Attributes:
+        mass: of one leg [kg].
+        length: height of the hip over the sole in walking [m].
+        com: where the CoM of a leg is, from 0 at the hip to 1 at the foot [-].
+        inertia: of one leg about its CoM and a horizontal axis [kg m^2].
+        heavy: whether the simulator moves these masses.
+        known: whether the robot moves its ZMP by what they need, as far as the sole reaches.
+    """
+
+    mass: float
+    length: float
+    com: float
+    inertia: float
+    heavy: bool = False
+    known: bool = False
+
+    def __post_init__(self) -> None:
+        check_positive("legs", mass=self.mass, length=self.length, inertia=self.inertia)
+        if not 0.0 <= self.com <= 1.0:
+            raise RobotError(
+                "`com` of the legs between 0 (at the hip) and 1 (at the foot)",
+                f"{self.com}",
+                "give the fraction of the line from hip to foot",
+            )
+
+
 class Robot(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     """A biped as the gait sees it.
 
@@ -77,6 +106,7 @@ class Robot(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tru
         gait: limits of a step.
         swing: motion of the foot in the air.
         trunk: the flywheel of methods that use the hips; None for a trunk that stays upright.
+        legs: masses of the legs for the three-mass pendulum; None for massless ones.
         body: its mechanism for the physics simulator; None if it is only ever a point mass.
         gravity: gravitational acceleration [m/s^2].
 
@@ -92,6 +122,7 @@ class Robot(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tru
     gait: GaitLimits
     swing: Swing = Swing()
     trunk: Trunk | None = None
+    legs: Legs | None = None
     body: Body | None = None
     gravity: float = STANDARD_GRAVITY
     description: str = ""
@@ -126,6 +157,26 @@ class Robot(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tru
         changes = {name: value for name, value in limits.items() if value is not None}
         return self.replace(swing=msgspec.structs.replace(self.swing, **changes))
 
+    def with_heavy_legs(self, *, known: bool = False) -> Robot:
+        """A copy that the point-mass simulator moves as a three-mass pendulum: see
+        `dcm.three_mass`.
+
+        Args:
+            known: whether the robot moves its ZMP by what the legs need.
+
+        Raises:
+            RobotError: the robot has no `[legs]`, or they leave no trunk.
+        """
+        if self.legs is None:
+            raise RobotError(
+                "a robot with a [legs] table for the three-mass pendulum",
+                f"robot '{self.name}' without one",
+                "give mass, length, com and inertia of one leg: `surefoot robots --show "
+                "paper-biped` has an example",
+            )
+        _check_trunk_over_legs(self.mass, self.com_height, self.legs)
+        return self.replace(legs=msgspec.structs.replace(self.legs, heavy=True, known=known))
+
     def scaled(self, *, length: float = 1.0, mass: float = 1.0) -> Robot:
         """The same robot in another size, under the same gravity.
 
@@ -151,7 +202,7 @@ class Robot(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tru
                 "scale its point mass: robot.replace(body=None).scaled(...)",
             )
         time = math.sqrt(length)
-        gait, swing, trunk = self.gait, self.swing, self.trunk
+        gait, swing, trunk, legs = self.gait, self.swing, self.trunk, self.legs
         return self.replace(
             mass=mass * self.mass,
             com_height=length * self.com_height,
@@ -176,6 +227,14 @@ class Robot(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tru
                 max_torque=mass * length * trunk.max_torque,
                 max_lean=trunk.max_lean,
             ),
+            legs=None
+            if legs is None
+            else msgspec.structs.replace(
+                legs,
+                mass=mass * legs.mass,
+                length=length * legs.length,
+                inertia=mass * length**2 * legs.inertia,
+            ),
         )
 
     def replace(self, **changes: Any) -> Robot:
@@ -192,6 +251,23 @@ class Robot(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tru
                 "replace nested values as a whole: robot.replace(swing=Swing(max_speed=3.0))",
             )
         return msgspec.structs.replace(self, **changes)
+
+
+def _check_trunk_over_legs(mass: float, com_height: float, legs: Legs) -> None:
+    """Refuse legs that leave no trunk, or one whose CoM is not over that of the legs.
+
+    Raises:
+        RobotError: they do.
+    """
+    trunk = mass - 2.0 * legs.mass
+    leg_height = (1.0 - legs.com) * legs.length
+    if trunk <= 0.0 or leg_height >= com_height:
+        raise RobotError(
+            "two legs that are lighter than the robot, with their CoM under that of the robot",
+            f"a trunk of {trunk:g} kg, legs with a CoM at {leg_height:g} m, the robot's at "
+            f"{com_height:g} m",
+            "give the mass of ONE leg, and `com` from the hip down",
+        )
 
 
 def _times(factor: float, pair: tuple[float, float]) -> tuple[float, float]:

@@ -3,7 +3,8 @@
 Recovered: the DCM error over the last finished step is below 4 % of the room R of the gait, and the
 mean velocity over the last two is within 2 % of the command (or 0.36 % of sqrt(g h), where that is
 more): on the paper's biped 1 cm and 0.01 m/s. A body in physics, which is never as exact, has
-recovered if it walks on for 16 / omega, or takes its last steps as before the push. All is said in
+recovered if it walks on for 16 / omega, or takes its last steps as before the push; so has a point
+mass on heavy legs that walks on. All is said in
 the robot's own lengths and times, so that robots that are alike but for their size end alike.
 """
 
@@ -23,7 +24,7 @@ from surefoot.dcm.pushes import Push
 from surefoot.errors import RobotError
 from surefoot.geometry import length
 from surefoot.interface import Controller
-from surefoot.record import Array, Record, Vector2, Vector3, field, new_array
+from surefoot.record import Array, Record, Vector2, Vector3, field
 from surefoot.robot.feet import Footstep
 from surefoot.robot.robot import Robot
 
@@ -41,8 +42,8 @@ RECOVERY_TIME, RECOVERY_STEPS = 28.0, 16.0
 1 / omega, and in T_nom where that is longer."""
 
 BODY_RECOVERY_TIME, BODY_RECOVERY_STEPS = 16.0, 8.0
-"""A body that walks for so long after a push has recovered: likewise. It is never as exact, and
-need not be back on its gait."""
+"""A body that walks for so long after a push has recovered, and a point mass on heavy legs:
+likewise. It is never as exact, and need not be back on its gait."""
 
 BACK_STEPS, BACK_OFFSET, BACK_TIME = 4, (0.0375, 0.01875), 0.04
 """Likewise one whose last steps are like those before: how many; difference of the DCM offset in x
@@ -56,6 +57,8 @@ class Settled(Record):
     velocity: Vector2 = field("m/s", "commanded")
     deviation: float = field("m/s", "how far the mean velocity may be from that")
     error: float = field("m", "largest DCM error")
+    time: float = field("s", "from the last push on, not sooner", default=0.0)
+    steps: int = field("-", "likewise", default=0)
 
 
 class Monitor(Record):
@@ -184,11 +187,14 @@ def settled_rule(robot: Robot, velocity: tuple[float, float], error: float) -> N
         velocity: commanded [m/s].
         error: of `settled_error` [m].
     """
-    rule = new_array(SETTLED)
+    if robot.legs is not None and robot.legs.heavy:
+        time, steps = BODY_RECOVERY_TIME / robot.omega, round(BODY_RECOVERY_STEPS)
+        return Settled(
+            velocity=velocity, deviation=math.inf, error=math.inf, time=time, steps=steps
+        ).array
     slowest = SETTLED_SLOWEST * math.sqrt(robot.gravity * robot.com_height)
-    rule["velocity"], rule["error"] = velocity, error
-    rule["deviation"] = max(SETTLED_VELOCITY * math.hypot(*velocity), slowest)
-    return rule
+    deviation = max(SETTLED_VELOCITY * math.hypot(*velocity), slowest)
+    return Settled(velocity=velocity, deviation=deviation, error=error).array
 
 
 def recovery_time(controller: Controller) -> float:

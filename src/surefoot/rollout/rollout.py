@@ -227,7 +227,10 @@ class Rollout:
         rule = settled_rule(self.robot, self.velocity, self.settled_error)
         if not is_settled(self._monitor[0], rule[0]):
             return Outcome.UNSETTLED
-        pushed = any(push.start < self.time[-1] for push in self.pushes)
+        end = float(self.time[-1])
+        pushed = any(push.start < end for push in self.pushes)
+        if any(push.start < end < push.end + rule["time"][0] for push in self.pushes):
+            return Outcome.UNSETTLED
         return Outcome.RECOVERED if pushed else Outcome.WALKED
 
     @cached_property

@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from surefoot.checks import check_number, optional_module
-from surefoot.control.base import GaitController
+from surefoot.control.base import GaitController, control_period
 from surefoot.control.defaults import natural_length
 from surefoot.control.fields import filled, setting, weight
 from surefoot.control.mpc.cycle import (
@@ -91,12 +91,12 @@ def horizon(elapsed: float, sample: float, samples: int, samples_per_step: int) 
     return Horizon(lengths, (node + np.arange(samples)) // samples_per_step)
 
 
-def velocity_response(
+def com_response(
     omega: float, lengths: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """The CoM velocity at the end of each interval, for a state whose convergent part is nought.
+    """CoM and its velocity at the end of each interval, for a state whose convergent part is 0.
 
-        velocity = from_dcm dcm + from_zmp zmp
+        (com, velocity) = from_dcm dcm + from_zmp zmp
 
     by the exact flow of the LIPM, see `dcm.pendulum`; there, com = dcm / 2.
 
@@ -105,16 +105,25 @@ def velocity_response(
         lengths: of the intervals [s], shape (n,).
 
     Returns:
-        from_dcm (n,) [1/s]; from_zmp (n, n) [1/s].
+        from_dcm (2, n) and from_zmp (2, n, n), of the CoM and of its velocity [-, 1/s].
     """
     count = len(lengths)
-    inputs, from_zmp = np.zeros((2, count)), np.empty((count, count))
+    inputs, from_zmp = np.zeros((2, count)), np.empty((2, count, count))
     for i, length in enumerate(lengths):
         cosh, sinh = math.cosh(omega * length), math.sinh(omega * length)
         inputs = np.array([[cosh, sinh / omega], [omega * sinh, cosh]]) @ inputs
         inputs[:, i] = 1.0 - cosh, -omega * sinh
-        from_zmp[i] = inputs[1]
-    return 0.5 * omega * np.exp(omega * np.cumsum(lengths)), from_zmp
+        from_zmp[:, i] = inputs
+    growth = np.exp(omega * np.cumsum(lengths))
+    return np.stack([0.5 * growth, 0.5 * omega * growth]), from_zmp
+
+
+def velocity_response(
+    omega: float, lengths: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """The second part of `com_response`: from_dcm (n,) and from_zmp (n, n) [1/s]."""
+    from_dcm, from_zmp = com_response(omega, lengths)
+    return from_dcm[1], from_zmp[1]
 
 
 def push_response(
@@ -217,7 +226,7 @@ class RecedingHorizon(GaitController):
         None, "s", "how often the program is solved, and at every sample; in every cycle if None",
         kw_only=True, own=lambda mpc: mpc.period,
     )  # fmt: skip
-    period: float = setting(0.005, "s", "control period", above=0.0, kw_only=True)
+    period: float = control_period(0.005)
     programs: Programs = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:

@@ -18,9 +18,12 @@ from surefoot.options import (
     compiling_notice,
     given,
     json_option,
+    legs_unknown_option,
     mapping_option,
+    moved_robot,
     progress_bar,
     refuse_of_other_world,
+    simulator_option,
 )
 from surefoot.studies.engine.command import (
     end,
@@ -56,6 +59,7 @@ OF_POINT_MASS = {
     "durations": "--push-duration",
     "full": "--full",
     "directions": "--directions",
+    "legs_unknown": "--legs-unknown",
 }
 """Options that a body has no use for: its mass and legs are what they are."""
 
@@ -72,10 +76,10 @@ OF_WALKS = {"seeds": "--seeds", "duration": "--duration"}
     metavar="NAME|FILE.toml",
     help="A preset (see `surefoot robots`) or your own file; of bodies there may be several.",
 )  # fmt: skip
-@click.option(
-    "--simulator", type=click.Choice(["lipm", "mujoco"]), default="lipm", show_default=True,
-    help="What is pushed: a point mass on two feet, or a body in physics.",
-)  # fmt: skip
+@simulator_option(
+    "What is pushed: a point mass on two feet, one on legs of mass, or a body in physics."
+)
+@legs_unknown_option
 @click.option(
     "--mass", type=float, metavar="KG", help="Of the robot; its own if left out. Limits scale."
 )
@@ -131,7 +135,8 @@ OF_WALKS = {"seeds": "--seeds", "duration": "--duration"}
 @out_option("compare", "table, report, page and pictures")
 @json_option
 def compare(
-    robots: tuple[str, ...], simulator: str, mass: float | None, velocity: tuple[float, float],
+    robots: tuple[str, ...], simulator: str, legs_unknown: bool, mass: float | None,
+    velocity: tuple[float, float],
     methods: tuple[str, ...], leg_speeds: tuple[float, ...], durations: tuple[float, ...],
     full: bool, directions: int, phases: int, step: float, disturbances: tuple[str, ...],
     seeds: int, duration: float, mapping: str | None, estimate: bool, quick: bool, explain: bool,
@@ -172,6 +177,7 @@ def compare(
     check_plotting()
     (robot,) = robots
     body = load_robot(robot) if mass is None else load_robot(robot).replace(mass=mass)
+    body = moved_robot(body, simulator, legs_unknown)
     study = Comparison(
         body,
         velocity,
@@ -231,9 +237,9 @@ def _refuse_others(simulator: str, robots: tuple[str, ...], disturbances: tuple[
         ParameterError: there is one; it is named.
     """
     refuse_of_other_world(simulator, OF_POINT_MASS, OF_BODY)
-    if simulator == "lipm" and len(robots) > 1:
+    if simulator != "mujoco" and len(robots) > 1:
         raise ParameterError(
-            "one --robot with --simulator lipm",
+            f"one --robot with --simulator {simulator}",
             ", ".join(robots),
             "give a command for each, or choose --simulator mujoco",
         )

@@ -255,7 +255,11 @@ class MethodStudy(Study):
     def provenance(self) -> dict[str, str]:
         """See `Study`."""
         vx, vy = self.velocity
-        return {"mass": f"{self.robot.mass:g} kg", "velocity": f"{vx:g}, {vy:g} m/s"}
+        said = {"mass": f"{self.robot.mass:g} kg", "velocity": f"{vx:g}, {vy:g} m/s"}
+        legs = self.robot.legs
+        if legs is not None and legs.heavy:
+            said["legs"] = "heavy, known" if legs.known else "heavy, unknown"
+        return said
 
 
 @dataclass(frozen=True)

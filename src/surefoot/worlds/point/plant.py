@@ -21,12 +21,14 @@ from numpy.typing import NDArray
 from surefoot.checks import check_number
 from surefoot.compiled import entry_point, njit
 from surefoot.dcm.leg import follow
-from surefoot.dcm.pendulum import com_flow, com_flow_by, pushed_pivot, trunk_flow
+from surefoot.dcm.pendulum import com_flow_by, pushed_pivot, trunk_flow
 from surefoot.dcm.pushes import PUSH, Push, force_until_change, push_records
+from surefoot.dcm.support import nearest_supported
+from surefoot.dcm.three_mass import pendulum_omega, three_mass
 from surefoot.dcm.viability import fall_distance
 from surefoot.geometry import length
 from surefoot.interface import COMMAND, Command, Observation
-from surefoot.record import Record, field, new_array
+from surefoot.record import Array, Record, Vector2, field, new_array
 from surefoot.robot.robot import Robot
 from surefoot.rollout.disturbance import Disturbance, misplace
 
@@ -54,6 +56,11 @@ class LipmParameters(Record):
     landing_error: float = field("m", "how far a foot comes to stand from where it lands")
     touchdown_shift: float = field("s", "of the ground, earlier if negative")
     seed: int = field("", "of the landing errors")
+    foot_gain: float = field("s^2", "shift of the ZMP that acts like an acceleration of the foot")
+    push_gain: float = field("-", "by how much longer than `com_height` the pendulum is, inverse")
+    legs_known: bool = field("", "whether the ZMP is moved by what the legs need")
+    expected_omega: float = field("1/s", "natural frequency that a robot shows which knows them")
+    half_foot: Vector2 = field("m", "half the sole")
 
 
 class LipmWorld(Record):
@@ -67,28 +74,87 @@ class LipmWorld(Record):
     due: float = field(
         "s", "since when a foot waits for the ground, after the last touchdown, or 0"
     )
+    zmp: Vector2 = field("m", "where the ground pushed in the last cycle")
+    legs: Array = field(
+        "m, m/s", "shift of the pivot by heavy legs in it, and how it changed, by axis",
+        shape=(2, 2),
+    )  # fmt: skip
 
 
 LIPM_PARAMETERS, LIPM_WORLD = LipmParameters.DTYPE, LipmWorld.DTYPE
 
 
+@njit
+def _swing_legs(parameters, foot, velocity, duration, next_world):
+    """Write what a foot of a heavy leg does to the pivot in this cycle: it moves on the cubic
+    between its states, so its acceleration changes evenly.
+
+    Args:
+        parameters: a `LIPM_PARAMETERS` record.
+        foot, velocity: of the swing foot at the start of the cycle.
+        duration: of the cycle [s].
+        next_world: its swing foot is that at the end of the cycle.
+    """
+    observation, legs = next_world.observation, next_world.legs
+    for i in range(2):
+        after = observation.swing_foot_velocity[i]
+        mean = (observation.swing_foot[i] - foot[i]) / duration
+        now = (6.0 * mean - 4.0 * velocity[i] - 2.0 * after) / duration
+        change = (6.0 * (velocity[i] + after) - 12.0 * mean) / (duration * duration)
+        legs[i, 0], legs[i, 1] = parameters.foot_gain * now, parameters.foot_gain * change
+
+
+@njit
+def _place_zmp(parameters, command, duration, next_world):
+    """Write the ZMP at which the CoM moves as without legs, as far as the soles reach.
+
+    c'' = omega^2 (c - zmp) is wanted, and omega'^2 (c - zmp' + kappa f'') is what there is; the
+    ZMP stays where it is for the whole cycle.
+    """
+    observation, zmp, legs = next_world.observation, next_world.zmp, next_world.legs
+    ratio = (parameters.expected_omega / parameters.omega) ** 2
+    foot, half = observation.support_foot, parameters.half_foot
+    for i in range(2):
+        com, share = observation.com[i], legs[i, 0] + 0.5 * duration * legs[i, 1]
+        zmp[i] = com + share - ratio * (com - command.zmp[i]) - foot[i]
+    shared = command.double_support != 0
+    x, y = nearest_supported(observation, shared, zmp[0], zmp[1], half[0], half[1])
+    zmp[0], zmp[1] = foot[0] + x, foot[1] + y
+
+
 @njit(forceinline=True)
-def _move_com(parameters, zmp, pushes, start, end, observation):
-    """Move CoM and DCM from `start` to `end` about a constant ZMP, exactly, push by push."""
+def _move_com(parameters, zmp, pushes, legs, start, end, observation):
+    """Move CoM and DCM from `start` to `end` about a constant ZMP, exactly, push by push.
+
+    `legs` are kappa f'' at the start and how it changes, per axis: a pivot that moves evenly.
+    """
     omega = parameters.omega
     time = start
     while time < end:
         force_x, force_y, until = force_until_change(pushes, time, end)
         growth = math.exp(omega * (until - time))
         for i in range(2):
-            force = force_x if i == 0 else force_y
+            force = parameters.push_gain * (force_x if i == 0 else force_y)
             pivot = pushed_pivot(zmp[i], force, parameters.mass, omega)
-            observation.com[i], observation.com_velocity[i] = com_flow_by(
-                observation.com[i], observation.com_velocity[i], pivot, omega, growth
+            observation.com[i], observation.com_velocity[i] = _flow_on(
+                observation.com[i],
+                observation.com_velocity[i],
+                pivot - (legs[i, 0] + (time - start) * legs[i, 1]),
+                -legs[i, 1],
+                omega,
+                growth,
+                until - time,
             )
         time = until
     for i in range(2):
         observation.dcm[i] = observation.com[i] + observation.com_velocity[i] / omega
+
+
+@njit(forceinline=True)
+def _flow_on(com, velocity, pivot, pivot_velocity, omega, growth, duration):
+    """The flow of CoM and velocity about a pivot that moves evenly, which is a solution itself."""
+    com, velocity = com_flow_by(com, velocity - pivot_velocity, pivot, omega, growth)
+    return com + pivot_velocity * duration, velocity + pivot_velocity
 
 
 @njit(forceinline=True)
@@ -103,8 +169,11 @@ def _uses_trunk(parameters, command, observation) -> bool:
 
 
 @njit
-def _move_com_and_trunk(parameters, command, pushes, start, end, observation):
-    """Like `_move_com` with a flywheel, which acts on the CoM until it meets its stop."""
+def _move_com_and_trunk(parameters, command, zmp, pushes, legs, start, end, observation):
+    """Like `_move_com` with a flywheel, which acts on the CoM until it meets its stop.
+
+    Eight arguments: a record for these, made in every cycle, would only be unpacked again.
+    """
     for i in range(2):
         limit = parameters.max_torque
         torque = min(max(command.hip_torque[i], -limit), limit)
@@ -126,14 +195,18 @@ def _move_com_and_trunk(parameters, command, pushes, start, end, observation):
                 force -= torque / parameters.com_height
             else:
                 blow = momentum / (parameters.mass * parameters.com_height)
-                observation.com_velocity[i] += blow
+                observation.com_velocity[i] += parameters.push_gain * blow
                 momentum = 0.0
-            pivot = pushed_pivot(command.zmp[i], force, parameters.mass, parameters.omega)
-            observation.com[i], observation.com_velocity[i] = com_flow(
+            pivot = pushed_pivot(
+                zmp[i], parameters.push_gain * force, parameters.mass, parameters.omega
+            )
+            observation.com[i], observation.com_velocity[i] = _flow_on(
                 observation.com[i],
                 observation.com_velocity[i],
-                pivot,
+                pivot - (legs[i, 0] + (time - start) * legs[i, 1]),
+                -legs[i, 1],
                 parameters.omega,
+                math.exp(parameters.omega * (until - time)),
                 until - time,
             )
             time = until
@@ -161,6 +234,15 @@ def _move_foot(parameters, command, duration, observation):
     observation.swing_foot[2] = command.swing_foot[2]
     observation.swing_foot_velocity[2] = command.swing_foot_velocity[2]
     observation.swing_yaw = command.swing_yaw
+
+
+@njit
+def _stop_leg(parameters, observation):
+    """A heavy leg whose foot still moves over the ground passes its momentum on as it lands."""
+    for i in range(2):
+        stopped = parameters.omega**2 * parameters.foot_gain * observation.swing_foot_velocity[i]
+        observation.com_velocity[i] -= stopped
+        observation.dcm[i] -= stopped / parameters.omega
 
 
 @njit(forceinline=True)
@@ -216,19 +298,32 @@ def lipm_cycle(parameters, world, command, pushes, next_world):
     if touchdown:
         end = landing
     start_time, end_time = observation.time, world.step_start + end
-    if _uses_trunk(parameters, command, observation):
-        _move_com_and_trunk(parameters, command, pushes, start_time, end_time, observation)
-    else:
-        _move_com(parameters, command.zmp, pushes, start_time, end_time, observation)
     if world.due == 0.0:
         _move_foot(parameters, command, end - elapsed, observation)
     else:
         observation.swing_foot_velocity[:] = 0.0
+    next_world.zmp, next_world.legs = command.zmp, world.legs
+    if parameters.foot_gain > 0.0 and end > elapsed:
+        before = world.observation
+        _swing_legs(
+            parameters, before.swing_foot, before.swing_foot_velocity, end - elapsed, next_world
+        )
+        if parameters.legs_known:
+            _place_zmp(parameters, command, end - elapsed, next_world)
+    zmp, legs = next_world.zmp, next_world.legs
+    if _uses_trunk(parameters, command, observation):
+        _move_com_and_trunk(
+            parameters, command, zmp, pushes, legs, start_time, end_time, observation
+        )
+    else:
+        _move_com(parameters, zmp, pushes, legs, start_time, end_time, observation)
     observation.time, observation.elapsed = end_time, end
     next_world.cycle = world.cycle + 1
     if touchdown:
         if parameters.landing_error > 0.0:
             misplace(parameters.landing_error, parameters.seed, world.steps, observation)
+        if parameters.foot_gain > 0.0:
+            _stop_leg(parameters, observation)
         _touch_down(observation)
         next_world.step_start, next_world.cycle, next_world.due = end_time, 0, 0.0
         next_world.steps += 1
@@ -278,11 +373,18 @@ class LipmSimulator:
     def __post_init__(self) -> None:
         check_number("period", self.period, 0.0, "s", above=True)
         parameters = new_array(LIPM_PARAMETERS)
-        parameters["omega"], parameters["mass"] = self.robot.omega, self.robot.mass
+        pendulum = three_mass(self.robot)
+        parameters["omega"], parameters["mass"] = pendulum_omega(self.robot), self.robot.mass
+        parameters["foot_gain"] = pendulum.foot_gain
+        parameters["push_gain"] = self.robot.com_height / pendulum.height
+        parameters["legs_known"] = self.robot.legs is not None and self.robot.legs.known
+        parameters["expected_omega"] = self.robot.omega
+        parameters["half_foot"] = self.robot.foot.half
         parameters["period"], parameters["max_speed"] = self.period, self.robot.swing.max_speed
         parameters["max_acceleration"] = self.robot.swing.max_acceleration
         parameters["com_height"] = self.robot.com_height
-        parameters["fall_distance"] = fall_distance(self.robot, self.believed)
+        moved = self.robot.replace(com_height=pendulum.height, legs=None)
+        parameters["fall_distance"] = fall_distance(moved, self.believed or self.robot)
         trunk = self.robot.trunk
         if trunk is not None:
             parameters["inertia"] = trunk.inertia
@@ -310,7 +412,7 @@ class LipmSimulator:
         """The world that looks like this observation; its DCM is that of this robot's pendulum."""
         world = new_array(LIPM_WORLD)
         world["observation"] = observation.array
-        dcm = observation.com + observation.com_velocity / self.robot.omega
+        dcm = observation.com + observation.com_velocity / pendulum_omega(self.robot)
         if np.abs(dcm - observation.dcm).max() > OTHER_PENDULUM * self.robot.com_height:
             world["observation"]["dcm"] = dcm
         world["step_start"] = observation.time - observation.elapsed

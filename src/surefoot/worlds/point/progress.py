@@ -114,7 +114,9 @@ def judge(monitor, world, command, progress):
         if observation.time <= quiet:
             progress.steps_pushed = progress.steps
         elif progress.recovery_steps < 0:
-            recovered = is_settled(monitor, progress.rule)
+            late = observation.time - quiet >= progress.rule.time
+            late = late and progress.steps - progress.steps_pushed >= progress.rule.steps
+            recovered = late and is_settled(monitor, progress.rule)
     progress.fallen = world.fallen != 0
     if recovered and not progress.fallen:
         progress.recovery_time = observation.time - quiet

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from surefoot.compiled import entry_point, njit
 from surefoot.control.estimator import ESTIMATE, ESTIMATOR, Estimator, estimate_cycle, whole_cycles
+from surefoot.dcm.three_mass import pendulum_omega
 from surefoot.errors import ParameterError
 from surefoot.interface import COMMAND, OBSERVATION, Command, Controller, Observation
 from surefoot.record import copy_array, new_array
@@ -99,7 +100,7 @@ class PointSensors:
                 )
             parameters["estimator"] = self.estimator.parameters
         parameters["estimates"] = estimates
-        other = believed != self.plant.omega
+        other = believed != pendulum_omega(self.plant)
         parameters["active"] = disturbance.blurs or estimates or other
         object.__setattr__(self, "parameters", parameters)
 
