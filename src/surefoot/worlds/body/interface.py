@@ -76,8 +76,9 @@ nothing."""
 class JointMapping(Protocol):
     """Anything that turns a reference into motor commands.
 
-    Leaves: `worlds.body.inverse_dynamics` for torque-controlled robots, `worlds.body.com_jacobian`
-    for robots with position servos; `worlds.body.mapping` finds them by name.
+    Leaves: `worlds.body.inverse_dynamics` and `worlds.body.balance_force` for torque-controlled
+    robots, `worlds.body.com_jacobian` for robots with position servos; `worlds.body.mapping` finds
+    them by name.
     """
 
     def start(self) -> JointMemory:
