@@ -7,9 +7,10 @@ of 1 is sqrt(g h), an acceleration of 1 is g, a force of 1 the weight, a torque 
 
 from __future__ import annotations
 
-from typing import NamedTuple, Self
+from typing import TYPE_CHECKING, NamedTuple, Self
 
-from surefoot.robot.robot import Robot
+if TYPE_CHECKING:
+    from surefoot.robot.robot import Robot
 
 WORDS = {
     "s": "/ omega", "m": "h", "m/s": "sqrt(g h)", "m/s^2": "g", "m/s^0.5": "h sqrt(omega)",
