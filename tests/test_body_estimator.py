@@ -353,7 +353,7 @@ def test_in_physics_it_follows_a_squat(multibody: Multibody) -> None:
     """With what MuJoCo's own sensors tell, of a robot whose joints are held by springs."""
     plant, estimator = BodyPlant(multibody), BodyEstimator(multibody)
     command = JointCommand(len(multibody.motors), multibody.model.nv)
-    command.stiffness, command.damping = 3000.0, 60.0
+    command.stiffness[:], command.damping[:] = 3000.0, 60.0
     nominal = multibody.nominal[multibody.motor_positions]
     bent = [("pitch" in n) * -1.0 + ("knee" in n) * 2.0 for n in multibody.joint_names]
     senses = measure_standing(plant)

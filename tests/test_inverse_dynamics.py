@@ -5,9 +5,9 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 import surefoot as sf
+from body_states import mirrored, random_reference, random_state
 from surefoot.robot.motors import torque_range
 from surefoot.robot.multibody import Multibody
 from surefoot.worlds.body.interface import BODY_REFERENCE
@@ -15,25 +15,8 @@ from surefoot.worlds.body.inverse_dynamics import InverseDynamics
 from surefoot.worlds.body.mechanics import Mechanics
 
 SEEDS = range(12)
-
-
-def random_state(
-    multibody: Multibody, seed: int
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    rng, model = np.random.default_rng(seed), multibody.model
-    position, velocity = multibody.nominal.copy(), rng.normal(0.0, 0.4, model.nv)
-    mujoco.mj_integratePos(model, position, rng.normal(0.0, 0.15, model.nv), 1.0)
-    return position, velocity
-
-
-def random_reference(seed: int, stands: tuple[int, int]) -> NDArray[np.void]:
-    rng, reference = np.random.default_rng(100 + seed), np.zeros(1, BODY_REFERENCE)
-    reference["stands"] = stands
-    reference["zmp"] = rng.uniform(-0.1, 0.1, 2)
-    reference["com_acceleration"] = rng.uniform(-3.0, 3.0, 3)
-    reference["swing_foot"] = rng.uniform((-0.3, -0.3, 0.0), (0.3, 0.3, 0.1))
-    reference["swing_foot_acceleration"] = rng.uniform(-30.0, 30.0, 3)
-    return reference
+UNUSED = np.zeros(2)
+"""Forces on the soles, which inverse dynamics does not ask for."""
 
 
 @pytest.mark.parametrize("stands", [(1, 0), (0, 1), (1, 1)])
@@ -43,7 +26,7 @@ def test_the_motion_is_the_mechanisms_own(
 ) -> None:
     mapping, mechanics = InverseDynamics(multibody), Mechanics(multibody)
     mechanics.update(*random_state(multibody, seed))
-    command = mapping.joints(mechanics, random_reference(seed, stands))
+    command, _ = mapping.joints(mechanics, random_reference(seed, stands), UNUSED, {})
     answer = mapping.answer()
     force = np.zeros(multibody.model.nv)
     for wrench, side in zip(answer.wrenches, np.flatnonzero(stands), strict=True):
@@ -66,7 +49,7 @@ def test_friction_soles_and_torques_are_respected(
 ) -> None:
     mapping, mechanics = InverseDynamics(multibody, friction=0.5), Mechanics(multibody)
     mechanics.update(*random_state(multibody, seed))
-    command = mapping.joints(mechanics, random_reference(seed, stands))
+    command, _ = mapping.joints(mechanics, random_reference(seed, stands), UNUSED, {})
     half = np.array(multibody.robot.foot.half) * mapping.sole_part
     for wrench in mapping.answer().wrenches:
         up = wrench[2]
@@ -81,38 +64,18 @@ def test_friction_soles_and_torques_are_respected(
         assert low - 1e-6 <= torque <= high + 1e-6
 
 
-def mirrored(multibody: Multibody, vector: NDArray[np.float64], dofs: bool) -> NDArray[np.float64]:
-    """A state or velocity with left and right exchanged."""
-    out, model = vector.copy(), multibody.model
-    first = 6 if dofs else 7
-    if dofs:
-        out[[1, 3, 5]] *= -1.0
-    else:
-        out[1] *= -1.0
-        out[[4, 6]] *= -1.0
-    for joint in range(1, model.njnt):
-        name = model.joint(joint).name
-        side, other = ("left", "right") if name.startswith("left") else ("right", "left")
-        partner = model.joint(name.replace(side, other)).id
-        turns = "roll" in name or "yaw" in name
-        where = model.jnt_dofadr if dofs else model.jnt_qposadr
-        assert where[joint] >= first
-        out[where[partner]] = vector[where[joint]] * (-1.0 if turns else 1.0)
-    return out
-
-
 @pytest.mark.parametrize("seed", SEEDS)
 def test_left_and_right_are_the_same(multibody: Multibody, seed: int) -> None:
     mechanics, reference = Mechanics(multibody), random_reference(seed, (1, 0))
     position, velocity = random_state(multibody, seed)
     mechanics.update(position, velocity)
-    torque = InverseDynamics(multibody).joints(mechanics, reference).torque.copy()
+    torque = InverseDynamics(multibody).joints(mechanics, reference, UNUSED, {})[0].torque.copy()
     mirror = reference.copy()
     mirror["stands"] = (0, 1)
     for name in ("zmp", "com_acceleration", "swing_foot", "swing_foot_acceleration"):
         mirror[name][0, 1] *= -1.0
     mechanics.update(mirrored(multibody, position, False), mirrored(multibody, velocity, True))
-    other = InverseDynamics(multibody).joints(mechanics, mirror).torque
+    other = InverseDynamics(multibody).joints(mechanics, mirror, UNUSED, {})[0].torque
     names = multibody.joint_names
     for number, name in enumerate(names):
         side, partner = ("left", "right") if name.startswith("left") else ("right", "left")
@@ -143,7 +106,7 @@ def test_the_soles_jacobian_is_the_derivative_of_their_place(multibody: Multibod
 def test_a_standing_body_carries_its_weight(multibody: Multibody) -> None:
     mapping, reference = InverseDynamics(multibody), np.zeros(1, BODY_REFERENCE)
     reference["stands"] = 1
-    mapping.joints(Mechanics(multibody), reference)
+    mapping.joints(Mechanics(multibody), reference, UNUSED, {})
     weight = multibody.mass * 9.80665
     assert mapping.answer().wrenches[:, 2].sum() == pytest.approx(weight, rel=1e-3)
 

@@ -38,6 +38,21 @@ class _MethodOption(click.Option):
         return super().get_help_record(ctx)
 
 
+class _MappingOption(click.Option):
+    """Likewise the mappings of a body."""
+
+    def get_help_record(self, ctx: click.Context) -> tuple[str, str] | None:
+        from surefoot.worlds.body.mapping import mapping_names
+
+        usual, *others = mapping_names()
+        self.help = (
+            f"Body: what moves its joints: {usual}, the usual one, or {', '.join(others)}, or "
+            "module:Class."
+        )
+        return super().get_help_record(ctx)
+
+
+mapping_option = click.option("--mapping", metavar="NAME", cls=_MappingOption)
 controller_option = click.option(
     "--controller", default="unified", show_default=True, metavar="METHOD", cls=_MethodOption
 )

@@ -19,6 +19,7 @@ from surefoot.options import (
     given,
     json_option,
     legs_unknown_option,
+    mapping_option,
     moved_robot,
     number_option,
     path_option,
@@ -44,8 +45,8 @@ BODY_DEFAULTS: dict[str, Any] = {"velocity": (0.3, 0.0), "duration": 10.0}
 """Of a walk in physics [m/s, s]."""
 
 OF_BODY = (
-    "truth", "turning", "stand_at", "friction", "payload", "mass_error", "bumps", "delay", "seed",
-    "video",
+    "mapping", "truth", "turning", "stand_at", "friction", "payload", "mass_error", "bumps",
+    "delay", "seed", "video",
 )  # fmt: skip
 """Options that a point mass has no use for."""
 
@@ -97,6 +98,7 @@ OPTION_OF = {"project_zmp": "--unprojected", "double_support": "--double-support
     "--unprojected", is_flag=True,
     help="Let the ZMP of tracking leave the foot, as the paper's figures do.",
 )  # fmt: skip
+@mapping_option
 @click.option(
     "--truth", is_flag=True,
     help="Body: give the controller the true state, not an estimate from encoders, inertial unit "

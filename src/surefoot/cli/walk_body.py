@@ -24,7 +24,10 @@ def check_body(asked: SimpleNamespace) -> None:
         MissingExtraError: physics is not installed.
     """
     from surefoot.checks import check_number
+    from surefoot.worlds.body.mapping import USUAL_MAPPING, check_mapping
 
+    asked.mapping = USUAL_MAPPING if asked.mapping is None else asked.mapping
+    check_mapping(asked.mapping)
     if asked.truth and given("delay"):
         raise ParameterError(
             "--delay without --truth: the true state is never late",
@@ -108,7 +111,7 @@ def walk_body(asked: SimpleNamespace) -> tuple[Rollout, None]:
     with compiling_notice(8.0, "a minute"):
         control = make_body_control(
             asked.robot, asked.controller, asked.velocity, asked.leg_speed, asked.leg_acceleration,
-            **asked.parameters,
+            asked.mapping, **asked.parameters,
         )  # fmt: skip
         # What a walk compiles, it compiles in its first cycles.
         simulate(0.003)
@@ -117,7 +120,7 @@ def walk_body(asked: SimpleNamespace) -> tuple[Rollout, None]:
 
 def make_body_control(
     robot: str, controller: str, velocity: tuple[float, float], leg_speed: float | None = None,
-    leg_acceleration: float | None = None, **parameters: Any,
+    leg_acceleration: float | None = None, mapping: str | None = None, **parameters: Any,
 ) -> BodyControl:  # fmt: skip
     """A controller, and what lets it walk a body.
 
@@ -127,6 +130,7 @@ def make_body_control(
         velocity: where to walk first [m/s].
         leg_speed, leg_acceleration: limits of the swing foot; the robot's own if None
             [m/s, m/s^2].
+        mapping: what moves its joints; the usual one if None.
         **parameters: of the controller.
 
     Raises:
@@ -135,10 +139,11 @@ def make_body_control(
     from surefoot.robot.multibody import load_multibody
     from surefoot.robot.robot import load_robot
     from surefoot.worlds.body.gait import body_control, body_controller, walking_robot
+    from surefoot.worlds.body.mapping import USUAL_MAPPING
 
     multibody = load_multibody(load_robot(robot))
     point_mass = walking_robot(multibody).with_leg(
         max_speed=leg_speed, max_acceleration=leg_acceleration
     )
     chosen = body_controller(controller, point_mass, velocity, **parameters)
-    return body_control(chosen, multibody)
+    return body_control(chosen, multibody, mapping or USUAL_MAPPING)

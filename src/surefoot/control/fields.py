@@ -10,11 +10,13 @@ import math
 import textwrap
 from collections.abc import Callable
 from dataclasses import MISSING, dataclass, field, fields, is_dataclass
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from surefoot.checks import check_number, check_pair, check_weights
 from surefoot.robot.own_units import WORDS, OwnUnits
-from surefoot.robot.robot import Robot
+
+if TYPE_CHECKING:
+    from surefoot.robot.robot import Robot
 
 _Class = TypeVar("_Class", bound=type)
 

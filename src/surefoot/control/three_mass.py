@@ -65,7 +65,6 @@ class ThreeMassParameters(Record):
     end_weight: float = field("-", "of the cost")
     step_weight: float = field("-", "likewise")
     offset: Array = field("m", "capture point from the foot at a touchdown", shape=(2, 2))
-    step: Array = field("m", "step vector", shape=(2, 2))
     tracking: Tracking = field("", "of the plan")
 
 
@@ -143,7 +142,7 @@ def optimise(parameters, state, new_step, next_state):
     by_landing = parameters.foot_gain * flight_share(omega, left, 1.0, 0.0, 0.0)
     costs = growth - 1.0, parameters.end_weight, parameters.step_weight
     for i in range(2):
-        nominal, velocity = parameters.step[row, i], observation.swing_foot_velocity[i]
+        nominal, velocity = next_state.plan.step[i], observation.swing_foot_velocity[i]
         away = observation.swing_foot[i] - foot[i] - nominal
         acceleration = 0.0 if new_step else state.command.swing_foot_acceleration[i]
         share = flight_share(omega, left, -away, velocity, acceleration)
@@ -225,6 +224,5 @@ class ThreeMassCapture(
             end_weight=self.end_weight,
             step_weight=self.step_weight,
             offset=offset,
-            step=steps,
             tracking=tracking_parameters(self),
         )

@@ -44,7 +44,7 @@ def motor_torques(wanted, gains, measured, limits, given):
     torque, position, velocity = wanted
     (stiffness, damping), (angles, speeds), (max_torque, max_speed) = gains, measured, limits
     for j in range(torque.shape[0]):
-        asked = torque[j] + stiffness * (position[j] - angles[j])
-        asked += damping * (velocity[j] - speeds[j])
+        asked = torque[j] + stiffness[j] * (position[j] - angles[j])
+        asked += damping[j] * (velocity[j] - speeds[j])
         low, high = torque_range(max_torque[j], speeds[j], max_speed[j])
         given[j] = min(max(asked, low), high)

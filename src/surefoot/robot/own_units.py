@@ -7,14 +7,15 @@ of 1 is sqrt(g h), an acceleration of 1 is g, a force of 1 the weight, a torque 
 
 from __future__ import annotations
 
-from typing import NamedTuple, Self
+from typing import TYPE_CHECKING, NamedTuple, Self
 
-from surefoot.robot.robot import Robot
+if TYPE_CHECKING:
+    from surefoot.robot.robot import Robot
 
 WORDS = {
     "s": "/ omega", "m": "h", "m/s": "sqrt(g h)", "m/s^2": "g", "m/s^0.5": "h sqrt(omega)",
     "1/s": "omega", "1/s^2": "omega^2", "rad/s^2": "omega^2", "rad/s^0.5": "sqrt(omega)",
-    "N": "m g", "N m/rad": "m g h", "N m s/rad": "m g h / omega",
+    "N": "m g", "N m": "m g h", "N m/rad": "m g h", "N m s/rad": "m g h / omega",
 }  # fmt: skip
 """What a docstring writes behind a number in own units, by the unit in SI."""
 
@@ -87,6 +88,7 @@ class OwnUnits(NamedTuple):
             "rad/s^2": self.rate**2,
             "rad/s^0.5": self.rate**0.5,
             "N": self.force,
+            "N m": self.torque,
             "N m/rad": self.torque,
             "N m s/rad": self.torque * second,
             "kg m^2": self.inertia,

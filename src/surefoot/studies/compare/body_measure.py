@@ -18,9 +18,8 @@ import numpy as np
 
 from surefoot.dcm.pushes import DIRECTIONS, Push
 from surefoot.errors import StudyError
-from surefoot.interface import Controller, Status
+from surefoot.interface import Status
 from surefoot.robot.feet import FEET
-from surefoot.robot.multibody import Multibody
 from surefoot.rollout.measures import measure_body
 from surefoot.rollout.rollout import Rollout
 from surefoot.rollout.trace import BodyTrace
@@ -34,7 +33,6 @@ from surefoot.studies.engine.pushed_body import (
 )
 from surefoot.studies.engine.table import Row, select
 from surefoot.worlds.body.controller import BodyControl
-from surefoot.worlds.body.gait import body_control
 from surefoot.worlds.body.inverse_dynamics import InverseDynamics
 from surefoot.worlds.body.plant import Surroundings
 from surefoot.worlds.body.sensors import BodyNoise
@@ -106,8 +104,7 @@ def _cause_of_push(walk: PushedBody, push: Push) -> tuple[str, str]:
 
 
 def measure_walk(
-    controller: Controller,
-    mechanism: Multibody,
+    control: BodyControl,
     duration: float,
     surroundings: Surroundings,
     noise: BodyNoise,
@@ -115,8 +112,7 @@ def measure_walk(
     """How well a body walks on what its sensors measure.
 
     Args:
-        controller: decides about steps.
-        mechanism: that walks.
+        control: walks it.
         duration: of the walk [s].
         surroundings: floor, bumps, payload, masses.
         noise: of the sensors.
@@ -129,9 +125,7 @@ def measure_walk(
         [rad] in the end, `speed` held [m/s]; `seconds` that it took. NaN is what there is not.
     """
     before = time.perf_counter()
-    rollout = simulate_body(
-        body_control(controller, mechanism), duration, surroundings=surroundings, noise=noise
-    )
+    rollout = simulate_body(control, duration, surroundings=surroundings, noise=noise)
     trace = rollout.body
     if trace is None:
         raise StudyError("a walk of a body", "one without a trace", "report this as a bug")

@@ -35,6 +35,8 @@ from surefoot.studies.engine.pushed_walk import (
     find_named,
 )
 from surefoot.studies.engine.table import Row
+from surefoot.worlds.body.gait import body_control
+from surefoot.worlds.body.mapping import USUAL_MAPPING, check_mapping
 from surefoot.worlds.body.plant import Surroundings
 from surefoot.worlds.body.sensors import BodyNoise
 
@@ -59,13 +61,26 @@ class BodyPush:
 @dataclass(frozen=True)
 class BodyStudy(MethodStudy):
     """What studies of bodies share: the robot has a `[body]`, the methods are those of
-    `body_method`."""
+    `body_method`.
+
+    Args, beside those of `MethodStudy`:
+        mapping: what moves the joints, see `worlds.body.mapping`.
+    """
 
     velocity: tuple[float, float] = (0.3, 0.0)
     methods: tuple[str, ...] = tuple(one.key for one in BODY_METHODS)
+    mapping: str = USUAL_MAPPING
 
     KEEP_EVERY: ClassVar = 0.0
     LIBRARIES: ClassVar = ("mujoco", "daqp", "numpy", "numba")
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        check_mapping(self.mapping)
+
+    def common(self) -> dict[str, Any]:
+        """See `Study`."""
+        return super().common() | {"mapping": self.mapping}
 
     def method(self, key: str) -> BodyMethod:
         """See `MethodStudy`."""
@@ -77,6 +92,7 @@ class BodyStudy(MethodStudy):
             "robot file": hashlib.sha256(msgspec.json.encode(self.robot)).hexdigest()[:16],
             **super().provenance(),
             "mass": f"{mechanism_of(self.robot).mass:.4g} kg",
+            "joints": self.mapping,
         }
 
     def check(self) -> None:
@@ -125,8 +141,9 @@ class BodyPushes(BodyStudy):
     def walk(self, cell: BodyPush) -> PushedBody:
         """The walk that is pushed in a cell."""
         return PushedBody(
-            self.robot, cell.method, cell.foot, cell.phase, self.velocity, self.estimate
-        )
+            self.robot, cell.method, cell.foot, cell.phase, self.velocity, self.estimate,
+            self.mapping,
+        )  # fmt: skip
 
     def cell(self, row: Row) -> BodyPush:
         """The cell of a row."""
@@ -297,8 +314,11 @@ class BodyWalks(BodyStudy):
         """See `measure_walk`."""
         disturbance = body_disturbance(cell.condition)
         return measure_walk(
-            controller_of(self.robot, cell.method, self.velocity),
-            mechanism_of(self.robot),
+            body_control(
+                controller_of(self.robot, cell.method, self.velocity),
+                mechanism_of(self.robot),
+                self.mapping,
+            ),
             self.duration,
             disturbance.surroundings(cell.seed),
             disturbance.noise(cell.seed),

@@ -19,6 +19,7 @@ from surefoot.options import (
     given,
     json_option,
     legs_unknown_option,
+    mapping_option,
     moved_robot,
     progress_bar,
     refuse_of_other_world,
@@ -46,7 +47,10 @@ BODY_VELOCITY, BODY_STEP = (0.3, 0.0), 2.0
 QUICK_PHASES, QUICK_STEP = 2, 10.0
 """Of `--quick` [-, N s]."""
 
-OF_BODY = {"estimate": "--estimate", "quick": "--quick", "explain": "--explain"}
+OF_BODY_PUSHES = {"estimate": "--estimate", "quick": "--quick", "explain": "--explain"}
+"""Options of bodies that are pushed."""
+
+OF_BODY = {"mapping": "--mapping", **OF_BODY_PUSHES}
 """Options that a point mass has no use for."""
 
 OF_POINT_MASS = {
@@ -59,7 +63,7 @@ OF_POINT_MASS = {
 }
 """Options that a body has no use for: its mass and legs are what they are."""
 
-OF_PUSHES = {"phases": "--phases", "step": "--step", **OF_BODY}
+OF_PUSHES = {"phases": "--phases", "step": "--step", **OF_BODY_PUSHES}
 """Options that walks without pushes have no use for; their state is always estimated."""
 
 OF_WALKS = {"seeds": "--seeds", "duration": "--duration"}
@@ -114,6 +118,7 @@ OF_WALKS = {"seeds": "--seeds", "duration": "--duration"}
     "--duration", type=float, default=20.0, show_default=True, metavar="S",
     help="Body, with --disturbance: of a walk [s].",
 )  # fmt: skip
+@mapping_option
 @click.option(
     "--estimate", is_flag=True,
     help="Body: give the controller an estimate from its noisy sensors, not the true state.",
@@ -134,8 +139,8 @@ def compare(
     velocity: tuple[float, float],
     methods: tuple[str, ...], leg_speeds: tuple[float, ...], durations: tuple[float, ...],
     full: bool, directions: int, phases: int, step: float, disturbances: tuple[str, ...],
-    seeds: int, duration: float, estimate: bool, quick: bool, explain: bool, workers: int,
-    out: Path, as_json: bool,
+    seeds: int, duration: float, mapping: str | None, estimate: bool, quick: bool, explain: bool,
+    workers: int, out: Path, as_json: bool,
 ) -> None:  # fmt: skip
     """Compare control methods: the smallest push that each fails on, beside the theoretical limit.
 
@@ -156,6 +161,8 @@ def compare(
     _refuse_others(simulator, robots, disturbances)
     if simulator == "mujoco":
         asked: dict[str, Any] = {"velocity": velocity if given("velocity") else BODY_VELOCITY}
+        if mapping is not None:
+            asked["mapping"] = mapping
         if methods:
             asked["methods"] = methods
         if disturbances:

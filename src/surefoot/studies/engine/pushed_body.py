@@ -24,6 +24,7 @@ from surefoot.rollout.trace import WALKING
 from surefoot.studies.engine.body_recovery import BegunStep, Settling, Steps
 from surefoot.worlds.body.controller import BodyControl
 from surefoot.worlds.body.gait import body_control, body_controller, body_parameters, walking_robot
+from surefoot.worlds.body.mapping import USUAL_MAPPING
 from surefoot.worlds.body.sensors import BodyNoise, usual_estimator
 from surefoot.worlds.body.world import BodyWorld
 from surefoot.worlds.steering import Steering
@@ -188,6 +189,7 @@ class PushedBody:
         velocity: commanded [m/s].
         estimate: whether the control is given an estimate from sensors with the usual noise; else
             the truth.
+        mapping: what moves the joints, see `worlds.body.mapping`.
     """
 
     robot: Robot
@@ -196,6 +198,7 @@ class PushedBody:
     phase: float
     velocity: tuple[float, float] = (0.3, 0.0)
     estimate: bool = False
+    mapping: str = USUAL_MAPPING
 
     def control(self) -> BodyControl:
         """What walks the body; new, with a solver that remembers nothing.
@@ -204,7 +207,7 @@ class PushedBody:
             SurefootError: the method cannot control this robot.
         """
         controller = controller_of(self.robot, self.method, self.velocity)
-        return body_control(controller, mechanism_of(self.robot))
+        return body_control(controller, mechanism_of(self.robot), self.mapping)
 
     @property
     def start(self) -> Checkpoint:

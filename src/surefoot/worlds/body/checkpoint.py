@@ -17,6 +17,9 @@ from surefoot.worlds.body.interface import JointCommand
 from surefoot.worlds.body.plant import BodyPlant
 from surefoot.worlds.body.sensors import BodySensors, SensorMemory
 
+MAPPING = "mapping_"
+"""In front of the names of what a mapping remembers."""
+
 PHYSICS = mujoco.mjtState.mjSTATE_INTEGRATION
 """What MuJoCo integrates, with what its solver starts from."""
 
@@ -78,6 +81,7 @@ def control_arrays(state: BodyState, command: JointCommand) -> Checkpoint:
         "course": np.array([*course.place, course.heading, course.time]),
         "correction": np.array([*correction.drift, *correction.back]),
         "slow_steps": np.array(state.slow_steps),
+        **{MAPPING + name: array for name, array in state.joints.items()},
         **{f"joint_{name}": np.array(getattr(command, name)) for name in command.__slots__},
     }
 
@@ -96,6 +100,11 @@ def set_control(controller: Controller, command: JointCommand, arrays: Checkpoin
         memory=arrays.get("memory"),
         observation=Observation.of(arrays["observation"]),
         command=Command.of(arrays["command"]),
+        joints={
+            name.removeprefix(MAPPING): array
+            for name, array in arrays.items()
+            if name.startswith(MAPPING)
+        },
         course=Course((x, y), heading, time),
         correction=VelocityCorrection((drift_x, drift_y), (back_x, back_y)),
         slow_steps=int(arrays["slow_steps"]),

@@ -30,7 +30,12 @@ from surefoot.robot.feet import Side
 from surefoot.robot.legs import find_legs
 from surefoot.robot.multibody import Multibody
 from surefoot.worlds.body.course import Course, CourseController, VelocityCorrection
-from surefoot.worlds.body.interface import BODY_REFERENCE, JointCommand, JointMapping
+from surefoot.worlds.body.interface import (
+    BODY_REFERENCE,
+    JointCommand,
+    JointMapping,
+    JointMemory,
+)
 from surefoot.worlds.body.mechanics import Mechanics
 from surefoot.worlds.body.step import (
     BODY_WALK,
@@ -72,6 +77,7 @@ class BodyState:
         controller: at the velocity that it is given now.
         memory: the controller's own state.
         observation, command: of the last cycle.
+        joints: what the mapping remembers.
         course: where the robot should be.
         correction: what is added to the velocity to take it there.
         slow_steps: how many in a row, up to now, were to stay on the spot.
@@ -82,6 +88,7 @@ class BodyState:
     memory: NDArray[np.void] | None
     observation: Observation
     command: Command
+    joints: JointMemory
     course: Course
     correction: VelocityCorrection
     slow_steps: int = 0
@@ -186,6 +193,7 @@ class BodyControl:
             memory=None,
             observation=observation,
             command=Command.of(new_array(COMMAND)),
+            joints=self.mapping.start(),
             course=Course((0.0, 0.0), 0.0, 0.0),
             correction=VelocityCorrection(),
         )
@@ -202,22 +210,21 @@ class BodyControl:
         """One cycle; never raises.
 
         Args:
-            state: of the last cycle.
-            time: now [s].
+            state, time: of the last cycle, and now [s].
             position, velocity: generalised, as estimated; shapes (nq,), (nv,).
             forces: vertical, on left and right sole, shape (2,) [N].
             steering: where to go.
         """
         self.mechanics.update(position, velocity)
         walk, reference = copy_array(state.walk), new_array(BODY_REFERENCE)
-        walk["now"] = time
-        phase = int(walk["phase"][0])
+        walk["now"], phase = time, int(walk["phase"][0])
         if phase != WALK:
             state = self._stand(replace(state, walk=walk), steering, reference)
             phase = int(walk["phase"][0])
         if phase == WALK:
             state = self._walk(state, walk, forces, steering, reference)
-        return self.mapping.joints(self.mechanics, reference), state
+        command, joints = self.mapping.joints(self.mechanics, reference, forces, state.joints)
+        return command, replace(state, joints=joints)
 
     def _stand(
         self, state: BodyState, steering: Steering, reference: NDArray[np.void]

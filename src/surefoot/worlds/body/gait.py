@@ -20,7 +20,7 @@ from surefoot.robot.multibody import Multibody
 from surefoot.robot.own_units import OwnUnits
 from surefoot.robot.robot import Foot, Robot
 from surefoot.worlds.body.controller import BodyControl
-from surefoot.worlds.body.inverse_dynamics import InverseDynamics
+from surefoot.worlds.body.mapping import USUAL_MAPPING, joint_mapping
 
 SOLE_PART = 0.8
 """Of the sole, in which the controller may place the ZMP: the rest is for what it does not know."""
@@ -138,14 +138,17 @@ def body_controller(
     return one.controller(robot, velocity, **{**body_parameters(key, robot), **parameters})
 
 
-def body_control(controller: Controller, multibody: Multibody) -> BodyControl:
-    """Walks a mechanism with a controller, by inverse dynamics.
+def body_control(
+    controller: Controller, multibody: Multibody, mapping: str = USUAL_MAPPING
+) -> BodyControl:
+    """Walks a mechanism with a controller.
 
     Args:
         controller: of a robot that `walking_robot` made.
         multibody: the mechanism.
+        mapping: what turns its reference into motor commands, see `worlds.body.mapping`.
 
     Raises:
-        MissingExtraError: the extra `mujoco` is not installed.
+        SurefootError: the extra `mujoco` is not installed, or there is no such mapping.
     """
-    return BodyControl(controller, multibody, InverseDynamics(multibody))
+    return BodyControl(controller, multibody, joint_mapping(mapping, multibody))

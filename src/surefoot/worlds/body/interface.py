@@ -23,7 +23,7 @@ class BodyReference(Record):
     """What a body is to do until the next cycle, in the world's frame.
 
     With one foot on the ground it is the ZMP that counts for the CoM's horizontal motion, and with
-    two the acceleration; kinematic playback uses the CoM itself.
+    two the acceleration; of the CoM itself only the height is wanted, the rest is where it is now.
     """
 
     stands: Array = field("", "which soles carry, left and right: 1 or 0", shape=2, kind=int)
@@ -53,7 +53,7 @@ class JointCommand:
         torque: shape (n,), in the order of the motors [N m].
         position: shape (n,) [rad].
         velocity: shape (n,) [rad/s].
-        stiffness: 0 for torque control [N m/rad].
+        stiffness: shape (n,), 0 for torque control [N m/rad].
         damping: likewise [N m s/rad].
         status: of the solver, 1 or more if it succeeded; the last torques are kept if not.
         acceleration: expected of all degrees of freedom, zero if unknown, shape (nv,) [rad/s^2].
@@ -64,23 +64,41 @@ class JointCommand:
     def __init__(self, motors: int, dofs: int) -> None:
         self.torque, self.position = np.zeros(motors), np.zeros(motors)
         self.velocity, self.acceleration = np.zeros(motors), np.zeros(dofs)
-        self.stiffness = self.damping = 0.0
+        self.stiffness, self.damping = np.zeros(motors), np.zeros(motors)
         self.status = 1
+
+
+JointMemory = dict[str, NDArray[Any]]
+"""What a mapping remembers from cycle to cycle, arrays by name, never changed in place; empty if
+nothing."""
 
 
 class JointMapping(Protocol):
     """Anything that turns a reference into motor commands.
 
-    Leaves: `worlds.body.inverse_dynamics` for torque-controlled robots,
-    `worlds.body.inverse_kinematics` for playback.
+    Leaves: `worlds.body.inverse_dynamics` and `worlds.body.balance_force` for torque-controlled
+    robots, `worlds.body.com_jacobian` for robots with position servos; `worlds.body.mapping` finds
+    them by name.
     """
 
-    def joints(self, mechanics: Mechanics, reference: NDArray[np.void]) -> JointCommand:
-        """The command for one cycle; never raises.
+    def start(self) -> JointMemory:
+        """What it remembers before the first cycle of a walk."""
+        ...
+
+    def joints(
+        self,
+        mechanics: Mechanics,
+        reference: NDArray[np.void],
+        forces: NDArray[np.float64],
+        memory: JointMemory,
+    ) -> tuple[JointCommand, JointMemory]:
+        """The command for one cycle, and what to remember; never raises.
 
         Args:
             mechanics: at the state that was estimated.
             reference: a `BodyReference` as an array, shape (1,).
+            forces: vertical, on left and right sole, shape (2,) [N].
+            memory: of the last cycle, or of `start`; a value.
         """
         ...
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cache
-from typing import Any, NamedTuple, Self
+from typing import NamedTuple, Self
 
 import numba
 import numpy as np
@@ -19,16 +19,20 @@ from numpy.typing import NDArray
 from surefoot.checks import optional_module
 from surefoot.compiled import entry_point, njit
 from surefoot.control.fields import check_fields, described, documented, setting
-from surefoot.record import new_array
-from surefoot.robot.legs import find_knees
 from surefoot.robot.motors import torque_range
 from surefoot.robot.multibody import Multibody
-from surefoot.worlds.body.interface import BODY_REFERENCE, JointCommand
+from surefoot.worlds.body.interface import BODY_REFERENCE, JointCommand, JointMemory
 from surefoot.worlds.body.mechanics import MOTION, Mechanics
+from surefoot.worlds.body.program import (
+    Solver,
+    believed_ground,
+    motor_limits,
+    squares,
+    wrench_rows,
+)
 from surefoot.worlds.body.tasks import (
     FREE,
     GROUND,
-    MOMENT_ARM,
     MOTOR,
     STIFFNESSES,
     WEIGHTS,
@@ -48,9 +52,6 @@ from surefoot.worlds.body.tasks import (
     trunk_rows,
     zmp_rows,
 )
-
-EQUALITY, SOFT = 5, 8
-"""Kinds of constraints, to the solver."""
 
 MAX_TASK_ROWS = 24
 
@@ -96,7 +97,7 @@ def assemble(robot, state, reference, tasks, program):
         )  # fmt: skip
         if ref.stands[side] == 1:
             r = stand_rows(w, k, sole, tasks, r)
-            _wrench_rows(g, sole, tasks.wrenches[WRENCH * carrying :])
+            wrench_rows(g, sole, tasks.wrenches[WRENCH * carrying :])
             if count == 1:
                 r = zmp_rows(w, g, ref, sole, tasks, r)
             carrying += 1
@@ -106,7 +107,7 @@ def assemble(robot, state, reference, tasks, program):
         r = com_rows(w, g, ref, motion.sole_axes, nv, tasks, r)
     turning = velocity[base_dof + 3 : base_dof + 6]
     r = trunk_rows(w, k, ref, motion.base_axes, turning, base_dof + 3, tasks, r)
-    _squares(tasks, r, n, program)
+    squares(tasks, r, n, program)
     for i in range(n):
         hessian[i, i] += w.turning if i < nv else w.wrench
         low[i], high[i] = -FREE, FREE
@@ -126,38 +127,6 @@ def assemble(robot, state, reference, tasks, program):
         low[n + r], high[n + r] = least - bias[dof], most - bias[dof]
         r += 1
     ground_rows(g, count, nv, program, r)
-
-
-@njit
-def _wrench_rows(ground, sole, out):
-    """Write the Jacobian of a carrying sole in its own axes, in units of the unknowns."""
-    weight = ground.mass * ground.gravity
-    for i in range(WRENCH):
-        unit = weight if i < 3 else weight * ground.arm
-        block = 3 * (i // 3)
-        for c in range(sole.jacobian.shape[1]):
-            total = 0.0
-            for j in range(3):
-                total += sole.axes[j, i % 3] * sole.jacobian[block + j, c]
-            out[i, c] = unit * total
-
-
-@njit
-def _squares(tasks, count, n, program):
-    """Write R'R and -R'b; most rows are zero for most unknowns."""
-    rows, hessian, slope = tasks.rows, program.hessian, program.slope
-    hessian[:, :] = 0.0
-    slope[:] = 0.0
-    for r in range(count):
-        for i in range(n):
-            value = rows[r, i]
-            if value != 0.0:
-                slope[i] -= value * tasks.right[r]
-                for j in range(i + 1):
-                    hessian[i, j] += value * rows[r, j]
-    for i in range(n):
-        for j in range(i):
-            hessian[j, i] = hessian[i, j]
 
 
 @njit
@@ -208,36 +177,6 @@ def _compiled() -> tuple[Callable[..., None], Callable[..., None]]:
     )
 
 
-class _Solver:
-    """The program of one contact situation, and DAQP, which starts from its last answer."""
-
-    def __init__(self, make: Callable[[], Any], robot: _Robot, nv: int, count: int) -> None:
-        n, m = nv + WRENCH * count, nv + WRENCH_ROWS * count
-        self.program = Program(
-            np.zeros((n, n)), np.zeros(n), np.zeros((m, n)), np.zeros(n + m), np.zeros(n + m)
-        )
-        self._kinds = np.zeros(n + m, np.int32)
-        self._kinds[n : n + len(robot.passive)] = EQUALITY
-        self._kinds[robot.motors["dof"]] = SOFT
-        self._make = make
-        self._solver: Any = None
-
-    def solve(self) -> tuple[NDArray[np.float64], int, Any]:
-        """The solution, its status (1 or 2 is success) and what else DAQP returns."""
-        hessian, slope, matrix, low, high = self.program
-        if self._solver is None:
-            self._solver = self._make()
-            self._solver.setup(hessian, slope, matrix, high, low, self._kinds)
-        else:
-            self._solver.update(H=hessian, f=slope, A=matrix, bupper=high, blower=low)
-        solution, _, status, about = self._solver.solve()
-        if status < 1:
-            # From the last active set it can cycle; from scratch it has not been seen to.
-            self._solver.setup(hessian, slope, matrix, high, low, self._kinds)
-            solution, _, status, about = self._solver.solve()
-        return solution, status, about
-
-
 class Answer(NamedTuple):
     """What a program of inverse dynamics was answered.
 
@@ -263,8 +202,8 @@ class _Workspace:
         self.robot = _Robot(
             task_weights(multibody.robot, mapping.weights),
             task_stiffnesses(multibody.robot, mapping.stiffnesses),
-            mapping._ground(),
-            mapping._motors(),
+            believed_ground(multibody, mapping.friction, mapping.sole_part, mapping.max_force),
+            motor_limits(multibody, mapping.knee_guard),
             multibody.passive_dofs.astype(np.int64),
             multibody.base_dof,
         )
@@ -273,10 +212,16 @@ class _Workspace:
             np.zeros((2 * WRENCH, nv)), np.zeros(3),
         )  # fmt: skip
         self.make = optional_module("daqp", "inverse dynamics", "mujoco").Model
-        self.solvers: dict[tuple[int, int], _Solver] = {}
+        self.solvers: dict[tuple[int, int], Solver] = {}
         self.command = JointCommand(len(multibody.motors), nv)
         self.assemble, self.torques = _compiled()
         self.solution, self.multipliers, self.count = np.zeros(nv), np.zeros(0), 0
+
+    def solver(self, count: int) -> Solver:
+        """For a number of soles that carry."""
+        nv = len(self.command.acceleration)
+        n, m = nv + WRENCH * count, nv + WRENCH_ROWS * count
+        return Solver(self.make, n, m, len(self.robot.passive), self.robot.motors["dof"])
 
 
 @documented
@@ -313,45 +258,23 @@ class InverseDynamics:
         check_fields(self)
         object.__setattr__(self, "_workspace", _Workspace(self))
 
-    def _ground(self) -> NDArray[np.void]:
-        multibody = self.multibody
-        ground = new_array(GROUND)
-        ground["friction"], ground["max_force"] = self.friction, self.max_force
-        ground["half"] = np.array(multibody.robot.foot.half) * self.sole_part
-        ground["arm"] = MOMENT_ARM * multibody.robot.com_height
-        ground["mass"] = multibody.mass
-        ground["gravity"] = -multibody.model.opt.gravity[2]
-        ground["rolls"] = len(multibody.passive_dofs) > 6
-        return ground
+    def start(self) -> JointMemory:
+        """Nothing that its answer depends on."""
+        return {}
 
-    def _motors(self) -> NDArray[np.void]:
-        multibody = self.multibody
-        model = multibody.model
-        motors = np.zeros(len(multibody.motors), MOTOR)
-        motors["dof"], motors["position"] = multibody.motor_dofs, multibody.motor_positions
-        motors["nominal"] = multibody.nominal[multibody.motor_positions]
-        limited = model.jnt_limited[multibody.motors].astype(bool)
-        ranges = model.jnt_range[multibody.motors]
-        motors["low"] = np.where(limited, ranges[:, 0], -1e9)
-        motors["high"] = np.where(limited, ranges[:, 1], 1e9)
-        for joint in find_knees(multibody):
-            row = motors[joint]
-            if row["nominal"] > 0.0:
-                motors["low"][joint] = max(row["low"], self.knee_guard)
-            else:
-                motors["high"][joint] = min(row["high"], -self.knee_guard)
-        motors["torque"] = np.minimum(multibody.torque, 1e9)
-        motors["speed"] = np.minimum(multibody.speed, 1e9)
-        return motors
-
-    def joints(self, mechanics: Mechanics, reference: NDArray[np.void]) -> JointCommand:
-        """The torques for one cycle, and the accelerations that they are expected to cause."""
+    def joints(
+        self,
+        mechanics: Mechanics,
+        reference: NDArray[np.void],
+        forces: NDArray[np.float64],
+        memory: JointMemory,
+    ) -> tuple[JointCommand, JointMemory]:
+        """The torques for one cycle, and what they should cause; `forces` are not asked for."""
         s, m = self._workspace, mechanics
         left, right = reference["stands"][0].tolist()
         solver = s.solvers.get((left, right))
         if solver is None:
-            solver = _Solver(s.make, s.robot, len(m.velocity), left + right)
-            s.solvers[left, right] = solver
+            solver = s.solvers[left, right] = s.solver(left + right)
         state = _State(m.inertia, m.bias, m.position, m.velocity, m.sole_jacobian, m.motion)
         s.assemble(s.robot, state, reference, s.tasks, solver.program)
         solution, status, about = solver.solve()
@@ -360,7 +283,7 @@ class InverseDynamics:
             s.torques(s.robot, state, solver.program.matrix, solution, s.command.torque)
             s.command.acceleration[:] = solution[: len(m.velocity)]
             s.solution, s.multipliers, s.count = solution, about["lam"], left + right
-        return s.command
+        return s.command, memory
 
     def fresh(self) -> Self:
         """The same with a solver that remembers nothing."""

@@ -194,7 +194,7 @@ class Mechanics:
         self.sole_jacobian, self.motion = np.zeros((2, 6, nv)), new_array(MOTION)
         for name in Motion.FIELDS:
             setattr(self, name, self.motion[name][0])
-        self._passive = data.qfrc_passive
+        self._passive, self._rotors = data.qfrc_passive, np.zeros(nv)
         soles, feet = np.array(multibody.soles, np.int64), np.array(multibody.feet, np.int64)
         left, right = (_chain(model, foot) for foot in multibody.feet)
         self._arguments = (
@@ -225,6 +225,21 @@ class Mechanics:
         mujoco.mj_rne(model, data, 0, self.bias)
         np.subtract(self.bias, self._passive, out=self.bias)
         self._describe(*self._arguments)
+
+    def forces(self, acceleration: NDArray[np.float64], out: NDArray[np.float64]) -> None:
+        """Write M a + h at the state of the last `update`, by Newton and Euler, without M.
+
+        Args:
+            acceleration: generalised, a, shape (nv,).
+            out: generalised forces, shape (nv,).
+        """
+        data, model = self._data, self.multibody.model
+        data.qacc[:] = acceleration
+        mujoco.mj_rne(model, data, 1, out)
+        np.subtract(out, self._passive, out=out)
+        # The recursion knows links, and no rotors.
+        np.multiply(model.dof_armature, acceleration, out=self._rotors)
+        np.add(out, self._rotors, out=out)
 
     def com_jacobian(self, out: NDArray[np.float64]) -> None:
         """Write the Jacobian of the CoM at the state of the last `update`, shape (3, nv)."""

@@ -135,22 +135,31 @@ class Program(NamedTuple):
     high: NDArray[np.float64]
 
 
-def task_weights(robot: Robot, changes: Mapping[str, float]) -> NDArray[np.void]:
-    """The `Weights` of a robot in SI, with changes, shape (1,); errors as of `task_stiffnesses`."""
+def task_weights(
+    robot: Robot, changes: Mapping[str, float], kind: type[Record] = Weights
+) -> NDArray[np.void]:
+    """The `Weights` of a robot in SI, with changes, shape (1,); as `task_stiffnesses`."""
     own = OwnUnits.of(robot)
-    usual = {name: it.default / own.one(it.unit) ** 2 for name, it in Weights.FIELDS.items()}
-    return _filled(WEIGHTS, usual, changes)
+    usual = {name: it.default / own.one(it.unit) ** 2 for name, it in kind.FIELDS.items()}
+    return _filled(kind.DTYPE, usual, changes)
 
 
-def task_stiffnesses(robot: Robot, changes: Mapping[str, float]) -> NDArray[np.void]:
+def task_stiffnesses(
+    robot: Robot, changes: Mapping[str, float], kind: type[Record] = Stiffnesses
+) -> NDArray[np.void]:
     """The `Stiffnesses` of a robot in SI, with changes, shape (1,).
+
+    Args:
+        robot: whose they are.
+        changes: of single values, by name.
+        kind: of records; its defaults are those in `OwnUnits`.
 
     Raises:
         ParameterError: there is no such value, or it is negative or not finite.
     """
     own = OwnUnits.of(robot)
-    usual = {name: it.default * own.one(it.unit) for name, it in Stiffnesses.FIELDS.items()}
-    return _filled(STIFFNESSES, usual, changes)
+    usual = {name: it.default * own.one(it.unit) for name, it in kind.FIELDS.items()}
+    return _filled(kind.DTYPE, usual, changes)
 
 
 def _filled(

@@ -23,7 +23,6 @@ from surefoot.compiled import entry_point, njit
 from surefoot.dcm.leg import follow
 from surefoot.dcm.pendulum import com_flow_by, pushed_pivot, trunk_flow
 from surefoot.dcm.pushes import PUSH, Push, force_until_change, push_records
-from surefoot.dcm.support import nearest_supported
 from surefoot.dcm.three_mass import pendulum_omega, three_mass
 from surefoot.dcm.viability import fall_distance
 from surefoot.geometry import length
@@ -31,6 +30,7 @@ from surefoot.interface import COMMAND, Command, Observation
 from surefoot.record import Array, Record, Vector2, field, new_array
 from surefoot.robot.robot import Robot
 from surefoot.rollout.disturbance import Disturbance, misplace
+from surefoot.worlds.point.heavy_legs import place_zmp, stop_leg, swing_legs
 
 SLIVER = 1e-6
 """Cycles shorter than this fraction of a period are merged into the next."""
@@ -82,44 +82,6 @@ class LipmWorld(Record):
 
 
 LIPM_PARAMETERS, LIPM_WORLD = LipmParameters.DTYPE, LipmWorld.DTYPE
-
-
-@njit
-def _swing_legs(parameters, foot, velocity, duration, next_world):
-    """Write what a foot of a heavy leg does to the pivot in this cycle: it moves on the cubic
-    between its states, so its acceleration changes evenly.
-
-    Args:
-        parameters: a `LIPM_PARAMETERS` record.
-        foot, velocity: of the swing foot at the start of the cycle.
-        duration: of the cycle [s].
-        next_world: its swing foot is that at the end of the cycle.
-    """
-    observation, legs = next_world.observation, next_world.legs
-    for i in range(2):
-        after = observation.swing_foot_velocity[i]
-        mean = (observation.swing_foot[i] - foot[i]) / duration
-        now = (6.0 * mean - 4.0 * velocity[i] - 2.0 * after) / duration
-        change = (6.0 * (velocity[i] + after) - 12.0 * mean) / (duration * duration)
-        legs[i, 0], legs[i, 1] = parameters.foot_gain * now, parameters.foot_gain * change
-
-
-@njit
-def _place_zmp(parameters, command, duration, next_world):
-    """Write the ZMP at which the CoM moves as without legs, as far as the soles reach.
-
-    c'' = omega^2 (c - zmp) is wanted, and omega'^2 (c - zmp' + kappa f'') is what there is; the
-    ZMP stays where it is for the whole cycle.
-    """
-    observation, zmp, legs = next_world.observation, next_world.zmp, next_world.legs
-    ratio = (parameters.expected_omega / parameters.omega) ** 2
-    foot, half = observation.support_foot, parameters.half_foot
-    for i in range(2):
-        com, share = observation.com[i], legs[i, 0] + 0.5 * duration * legs[i, 1]
-        zmp[i] = com + share - ratio * (com - command.zmp[i]) - foot[i]
-    shared = command.double_support != 0
-    x, y = nearest_supported(observation, shared, zmp[0], zmp[1], half[0], half[1])
-    zmp[0], zmp[1] = foot[0] + x, foot[1] + y
 
 
 @njit(forceinline=True)
@@ -236,15 +198,6 @@ def _move_foot(parameters, command, duration, observation):
     observation.swing_yaw = command.swing_yaw
 
 
-@njit
-def _stop_leg(parameters, observation):
-    """A heavy leg whose foot still moves over the ground passes its momentum on as it lands."""
-    for i in range(2):
-        stopped = parameters.omega**2 * parameters.foot_gain * observation.swing_foot_velocity[i]
-        observation.com_velocity[i] -= stopped
-        observation.dcm[i] -= stopped / parameters.omega
-
-
 @njit(forceinline=True)
 def _touch_down(observation):
     """The swing foot becomes the support foot, where it is; the other one leaves the ground."""
@@ -305,11 +258,11 @@ def lipm_cycle(parameters, world, command, pushes, next_world):
     next_world.zmp, next_world.legs = command.zmp, world.legs
     if parameters.foot_gain > 0.0 and end > elapsed:
         before = world.observation
-        _swing_legs(
+        swing_legs(
             parameters, before.swing_foot, before.swing_foot_velocity, end - elapsed, next_world
         )
         if parameters.legs_known:
-            _place_zmp(parameters, command, end - elapsed, next_world)
+            place_zmp(parameters, command, end - elapsed, next_world)
     zmp, legs = next_world.zmp, next_world.legs
     if _uses_trunk(parameters, command, observation):
         _move_com_and_trunk(
@@ -323,7 +276,7 @@ def lipm_cycle(parameters, world, command, pushes, next_world):
         if parameters.landing_error > 0.0:
             misplace(parameters.landing_error, parameters.seed, world.steps, observation)
         if parameters.foot_gain > 0.0:
-            _stop_leg(parameters, observation)
+            stop_leg(parameters, observation)
         _touch_down(observation)
         next_world.step_start, next_world.cycle, next_world.due = end_time, 0, 0.0
         next_world.steps += 1
