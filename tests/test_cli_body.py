@@ -123,7 +123,7 @@ def test_a_push_is_over_the_mass_that_it_moves() -> None:
     [
         (["--bumps", "-0.01"], "`bumps` of at least 0 [m]"),
         (["--mass-error", "-1"], "`mass_error` above -1 [-]"),
-        (["--mapping", "none"], "a mapping (inverse-dynamics, com-jacobian), or module:Class"),
+        (["--mapping", "none"], "a mapping (inverse-dynamics, balance-force, com-jacobian)"),
         (["--delay", "0.0005"], "whole number of periods"),
         (["--delay", "0.005", "--truth"], "--delay without --truth"),
         (["--seed", "-1"], "`seed` as a whole number"),

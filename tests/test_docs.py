@@ -44,7 +44,7 @@ class Block:
 def blocks_of(page: str) -> list[Block]:
     found = list(BLOCK.finditer(page))
     blocks = []
-    for block, after in zip(found, [*found[1:], None], strict=True):
+    for block, after in zip(found, [*found, None][1:], strict=True):
         printed = None
         if after is not None and after["language"] == "text":
             between = page[block.end() : after.start()]
