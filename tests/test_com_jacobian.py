@@ -350,7 +350,7 @@ def test_it_walks_on_after_a_push(control: sf.BodyControl) -> None:
 
 
 def test_a_mapping_that_is_not_there_is_refused(control: sf.BodyControl) -> None:
-    with pytest.raises(sf.ParameterError, match="inverse-dynamics, .*com-jacobian") as error:
+    with pytest.raises(sf.ParameterError, match=r"inverse-dynamics, .*com-jacobian") as error:
         sf.body_control(control.controller, control.multibody, "wishing")
     assert "'wishing'" in str(error.value)
     assert mapping_names()[0] == "inverse-dynamics"
