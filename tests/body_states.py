@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from surefoot.robot.motors import torque_range
 from surefoot.robot.multibody import Multibody
 from surefoot.worlds.body.interface import BODY_REFERENCE
+from surefoot.worlds.body.mechanics import Mechanics
 
 
 def random_state(
@@ -27,6 +31,28 @@ def random_reference(seed: int, stands: tuple[int, int]) -> NDArray[np.void]:
     reference["swing_foot"] = rng.uniform((-0.3, -0.3, 0.0), (0.3, 0.3, 0.1))
     reference["swing_foot_acceleration"] = rng.uniform(-30.0, 30.0, 3)
     return reference
+
+
+def assert_within_limits(
+    multibody: Multibody, mapping: Any, mechanics: Mechanics, torques: Any, tolerance: float
+) -> None:
+    """Soles push, within friction and their size; motors are within torque and speed.
+
+    Args:
+        tolerance: of the wrenches [N, N m].
+    """
+    half = np.array(multibody.robot.foot.half) * mapping.sole_part
+    for wrench in mapping.answer().wrenches:
+        up = wrench[2]
+        assert up > -tolerance
+        assert np.abs(wrench[:2]).max() <= mapping.friction * up + tolerance
+        assert abs(wrench[3]) <= half[1] * up + tolerance
+        assert abs(wrench[4]) <= half[0] * up + tolerance
+    for torque, most, dof, limit in zip(
+        torques, multibody.torque, multibody.motor_dofs, multibody.speed, strict=True
+    ):
+        low, high = torque_range(most, mechanics.velocity[dof], limit)
+        assert low - 1e-6 <= torque <= high + 1e-6
 
 
 def mirrored(multibody: Multibody, vector: NDArray[np.float64], dofs: bool) -> NDArray[np.float64]:

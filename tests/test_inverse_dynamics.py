@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 import surefoot as sf
-from body_states import mirrored, random_reference, random_state
-from surefoot.robot.motors import torque_range
+from body_states import assert_within_limits, mirrored, random_reference, random_state
 from surefoot.robot.multibody import Multibody
 from surefoot.worlds.body.interface import BODY_REFERENCE
 from surefoot.worlds.body.inverse_dynamics import InverseDynamics
@@ -50,18 +49,7 @@ def test_friction_soles_and_torques_are_respected(
     mapping, mechanics = InverseDynamics(multibody, friction=0.5), Mechanics(multibody)
     mechanics.update(*random_state(multibody, seed))
     command, _ = mapping.joints(mechanics, random_reference(seed, stands), UNUSED, {})
-    half = np.array(multibody.robot.foot.half) * mapping.sole_part
-    for wrench in mapping.answer().wrenches:
-        up = wrench[2]
-        assert up > -1e-6
-        assert np.abs(wrench[:2]).max() <= 0.5 * up + 1e-6
-        assert abs(wrench[3]) <= half[1] * up + 1e-6
-        assert abs(wrench[4]) <= half[0] * up + 1e-6
-    for torque, most, dof, limit in zip(
-        command.torque, multibody.torque, multibody.motor_dofs, multibody.speed, strict=True
-    ):
-        low, high = torque_range(most, mechanics.velocity[dof], limit)
-        assert low - 1e-6 <= torque <= high + 1e-6
+    assert_within_limits(multibody, mapping, mechanics, command.torque, 1e-6)
 
 
 @pytest.mark.parametrize("seed", SEEDS)

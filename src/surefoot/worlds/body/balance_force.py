@@ -31,10 +31,10 @@ a_d has the tasks.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable
+from dataclasses import dataclass, field
 from functools import cache
-from typing import NamedTuple, Self
+from typing import NamedTuple
 
 import numba
 import numpy as np
@@ -43,9 +43,8 @@ from numpy.typing import NDArray
 from surefoot import record
 from surefoot.checks import optional_module
 from surefoot.compiled import entry_point, njit
-from surefoot.control.fields import check_fields, described, documented, setting
+from surefoot.control.fields import documented
 from surefoot.robot.motors import torque_range
-from surefoot.robot.multibody import Multibody
 from surefoot.worlds.body.balance_motion import (
     BALANCE,
     STIFFNESSES,
@@ -64,10 +63,10 @@ from surefoot.worlds.body.interface import BODY_REFERENCE, JointCommand, JointMe
 from surefoot.worlds.body.mechanics import MOTION, Mechanics
 from surefoot.worlds.body.program import (
     Solver,
-    believed_ground,
-    motor_limits,
+    TorqueMapping,
     squares,
     wrench_rows,
+    wrench_units,
 )
 from surefoot.worlds.body.tasks import (
     FREE,
@@ -249,8 +248,8 @@ class _Workspace:
             task_weights(multibody.robot, mapping.weights, BalanceWeights),
             task_stiffnesses(multibody.robot, mapping.stiffnesses, BalanceStiffnesses),
             nominal_balance(multibody),
-            believed_ground(multibody, mapping.friction, mapping.sole_part, mapping.max_force),
-            motor_limits(multibody, mapping.knee_guard),
+            mapping.ground(),
+            mapping.motors(),
             leg_dofs(multibody),
         )
         self.plan = Plan(
@@ -277,7 +276,7 @@ class _Workspace:
 
 @documented
 @dataclass(frozen=True)
-class BalanceForce:
+class BalanceForce(TorqueMapping):
     """Torques that carry out a reference through the forces of the ground, see this module.
 
     Weights are on squared errors: the larger the weight, the less the task yields.
@@ -287,31 +286,11 @@ class BalanceForce:
         ParameterError: a value is out of range.
     """
 
-    multibody: Multibody = field(metadata=described("the mechanism"))
-    friction: float = setting(0.7, "-", "coefficient that is relied upon; a pyramid", above=0.0)
-    sole_part: float = setting(0.9, "-", "fraction of the sole in which the ZMP is kept", above=0.0)
-    max_force: float = setting(
-        2.5, "-", "largest vertical force on one sole, in weights", above=0.0
-    )
-    knee_guard: float = setting(
-        0.12, "rad", "least bend of the knees, so that legs never lock", least=0.0
-    )
-    weights: Mapping[str, float] = field(
-        default_factory=dict,
-        metadata=described("changes of single `BalanceWeights`, by name, in SI"),
-    )
-    stiffnesses: Mapping[str, float] = field(
-        default_factory=dict, metadata=described("likewise of `BalanceStiffnesses`")
-    )
     _workspace: _Workspace = field(init=False, repr=False, compare=False)
 
-    def __post_init__(self) -> None:
-        check_fields(self)
-        object.__setattr__(self, "_workspace", _Workspace(self))
-
-    def start(self) -> JointMemory:
-        """Nothing that its answer depends on."""
-        return {}
+    def make_workspace(self) -> _Workspace:
+        """What it computes with, and what it found last."""
+        return _Workspace(self)
 
     def joints(
         self,
@@ -344,18 +323,12 @@ class BalanceForce:
             s.solution, s.multipliers = solution, about["lam"]
         return s.command, memory
 
-    def fresh(self) -> Self:
-        """The same with a solver that remembers nothing."""
-        return replace(self)
-
     def answer(self) -> BalanceAnswer:
         """The last program that was solved; zeros before the first."""
-        s, ground = self._workspace, self._workspace.robot.ground
-        weight = float(ground["mass"][0] * ground["gravity"][0])
-        units = weight * np.array([1.0] * 3 + [float(ground["arm"][0])] * 3)
+        s = self._workspace
         return BalanceAnswer(
             needed=s.plan.needed.copy(),
             given=s.plan.totals[:, : len(s.solution)] @ s.solution,
-            wrenches=s.solution.reshape(-1, WRENCH) * units,
+            wrenches=s.solution.reshape(-1, WRENCH) * wrench_units(s.robot.ground[0]),
             multipliers=np.array(s.multipliers),
         )

@@ -7,10 +7,10 @@ to the angular momentum: the pendulum that the controllers steer then is the rob
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable
+from dataclasses import dataclass, field
 from functools import cache
-from typing import NamedTuple, Self
+from typing import NamedTuple
 
 import numba
 import numpy as np
@@ -18,17 +18,16 @@ from numpy.typing import NDArray
 
 from surefoot.checks import optional_module
 from surefoot.compiled import entry_point, njit
-from surefoot.control.fields import check_fields, described, documented, setting
+from surefoot.control.fields import documented
 from surefoot.robot.motors import torque_range
-from surefoot.robot.multibody import Multibody
 from surefoot.worlds.body.interface import BODY_REFERENCE, JointCommand, JointMemory
 from surefoot.worlds.body.mechanics import MOTION, Mechanics
 from surefoot.worlds.body.program import (
     Solver,
-    believed_ground,
-    motor_limits,
+    TorqueMapping,
     squares,
     wrench_rows,
+    wrench_units,
 )
 from surefoot.worlds.body.tasks import (
     FREE,
@@ -202,8 +201,8 @@ class _Workspace:
         self.robot = _Robot(
             task_weights(multibody.robot, mapping.weights),
             task_stiffnesses(multibody.robot, mapping.stiffnesses),
-            believed_ground(multibody, mapping.friction, mapping.sole_part, mapping.max_force),
-            motor_limits(multibody, mapping.knee_guard),
+            mapping.ground(),
+            mapping.motors(),
             multibody.passive_dofs.astype(np.int64),
             multibody.base_dof,
         )
@@ -226,7 +225,7 @@ class _Workspace:
 
 @documented
 @dataclass(frozen=True)
-class InverseDynamics:
+class InverseDynamics(TorqueMapping):
     """Torques that carry out a reference, within friction, soles, torques and joint limits.
 
     Weights are on squared errors: the larger the weight, the less the task yields.
@@ -236,31 +235,11 @@ class InverseDynamics:
         ParameterError: a value is out of range.
     """
 
-    multibody: Multibody = field(metadata=described("the mechanism"))
-    friction: float = setting(0.7, "-", "coefficient that is relied upon; a pyramid", above=0.0)
-    sole_part: float = setting(0.9, "-", "fraction of the sole in which the ZMP is kept", above=0.0)
-    max_force: float = setting(
-        2.5, "-", "largest vertical force on one sole, in weights", above=0.0
-    )
-    knee_guard: float = setting(
-        0.12, "rad",
-        "least bend of the joints whose nominal pose is bent, so that legs never lock", least=0.0,
-    )  # fmt: skip
-    weights: Mapping[str, float] = field(
-        default_factory=dict, metadata=described("changes of single `Weights`, by name, in SI")
-    )
-    stiffnesses: Mapping[str, float] = field(
-        default_factory=dict, metadata=described("likewise of `Stiffnesses`")
-    )
     _workspace: _Workspace = field(init=False, repr=False, compare=False)
 
-    def __post_init__(self) -> None:
-        check_fields(self)
-        object.__setattr__(self, "_workspace", _Workspace(self))
-
-    def start(self) -> JointMemory:
-        """Nothing that its answer depends on."""
-        return {}
+    def make_workspace(self) -> _Workspace:
+        """What it computes with, and what it found last."""
+        return _Workspace(self)
 
     def joints(
         self,
@@ -285,10 +264,6 @@ class InverseDynamics:
             s.solution, s.multipliers, s.count = solution, about["lam"], left + right
         return s.command, memory
 
-    def fresh(self) -> Self:
-        """The same with a solver that remembers nothing."""
-        return replace(self)
-
     @property
     def joint_limits(self) -> NDArray[np.void]:
         """Limits of the joints with motors, a copy of `Motor` records, shape (n,)."""
@@ -301,11 +276,9 @@ class InverseDynamics:
 
     def answer(self) -> Answer:
         """The last program that was solved; zeros before the first."""
-        s, nv, ground = self._workspace, self.multibody.model.nv, self._workspace.robot.ground
-        weight = float(ground["mass"][0] * ground["gravity"][0])
-        units = weight * np.array([1.0] * 3 + [float(ground["arm"][0])] * 3)
+        s, nv = self._workspace, self.multibody.model.nv
         return Answer(
             acceleration=s.solution[:nv].copy(),
-            wrenches=s.solution[nv:].reshape(s.count, WRENCH) * units,
+            wrenches=s.solution[nv:].reshape(s.count, WRENCH) * wrench_units(s.robot.ground[0]),
             multipliers=np.array(s.multipliers),
         )

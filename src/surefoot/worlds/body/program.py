@@ -1,68 +1,24 @@
-"""What the quadratic programs of torque-controlled bodies share: ground, motors and solver."""
+"""What mappings to torques share: ground, motors, rows, solver and the class of their settings."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from surefoot.compiled import njit
+from surefoot.control.fields import check_fields, described, documented, setting
 from surefoot.record import new_array
 from surefoot.robot.legs import find_knees
 from surefoot.robot.multibody import Multibody
+from surefoot.worlds.body.interface import JointMemory
 from surefoot.worlds.body.tasks import GROUND, MOMENT_ARM, MOTOR, WRENCH, Program
 
 EQUALITY, SOFT = 5, 8
 """Kinds of constraints, to the solver."""
-
-
-def believed_ground(
-    multibody: Multibody, friction: float, sole_part: float, max_force: float
-) -> NDArray[np.void]:
-    """What a mapping relies upon, a `Ground` record.
-
-    Args:
-        multibody: that stands on it.
-        friction: coefficient [-].
-        sole_part: fraction of the sole in which the ZMP is kept [-].
-        max_force: largest vertical force on one sole, in weights [-].
-    """
-    ground = new_array(GROUND)
-    ground["friction"], ground["max_force"] = friction, max_force
-    ground["half"] = np.array(multibody.robot.foot.half) * sole_part
-    ground["arm"] = MOMENT_ARM * multibody.robot.com_height
-    ground["mass"] = multibody.mass
-    ground["gravity"] = -multibody.model.opt.gravity[2]
-    ground["rolls"] = len(multibody.passive_dofs) > 6
-    return ground
-
-
-def motor_limits(multibody: Multibody, knee_guard: float) -> NDArray[np.void]:
-    """The joints with motors and their limits, `Motor` records, shape (n,).
-
-    Args:
-        multibody: whose joints.
-        knee_guard: least bend of the knees [rad].
-    """
-    model = multibody.model
-    motors = np.zeros(len(multibody.motors), MOTOR)
-    motors["dof"], motors["position"] = multibody.motor_dofs, multibody.motor_positions
-    motors["nominal"] = multibody.nominal[multibody.motor_positions]
-    limited = model.jnt_limited[multibody.motors].astype(bool)
-    ranges = model.jnt_range[multibody.motors]
-    motors["low"] = np.where(limited, ranges[:, 0], -1e9)
-    motors["high"] = np.where(limited, ranges[:, 1], 1e9)
-    for joint in find_knees(multibody):
-        row = motors[joint]
-        if row["nominal"] > 0.0:
-            motors["low"][joint] = max(row["low"], knee_guard)
-        else:
-            motors["high"][joint] = min(row["high"], -knee_guard)
-    motors["torque"] = np.minimum(multibody.torque, 1e9)
-    motors["speed"] = np.minimum(multibody.speed, 1e9)
-    return motors
 
 
 @njit
@@ -134,3 +90,83 @@ class Solver:
             self._solver.setup(hessian, slope, matrix, high, low, self._kinds)
             solution, _, status, about = self._solver.solve()
         return solution, status, about
+
+
+@documented
+@dataclass(frozen=True)
+class TorqueMapping:
+    """From a reference to torques by a program a cycle; a leaf gives its workspace and `joints`.
+
+    Weights are on squared errors: the larger the weight, the less the task yields.
+    """
+
+    multibody: Multibody = field(metadata=described("the mechanism"))
+    friction: float = setting(0.7, "-", "coefficient that is relied upon; a pyramid", above=0.0)
+    sole_part: float = setting(0.9, "-", "fraction of the sole in which the ZMP is kept", above=0.0)
+    max_force: float = setting(
+        2.5, "-", "largest vertical force on one sole, in weights", above=0.0
+    )
+    knee_guard: float = setting(
+        0.12, "rad",
+        "least bend of the joints whose nominal pose is bent, so that legs never lock", least=0.0,
+    )  # fmt: skip
+    weights: Mapping[str, float] = field(
+        default_factory=dict, metadata=described("changes of single weights, by name, in SI")
+    )
+    stiffnesses: Mapping[str, float] = field(
+        default_factory=dict, metadata=described("likewise of stiffnesses")
+    )
+    _workspace: Any = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        check_fields(self)
+        object.__setattr__(self, "_workspace", self.make_workspace())
+
+    def make_workspace(self) -> Any:
+        """What it computes with, and what it found last."""
+        raise NotImplementedError(f"{type(self).__name__}.make_workspace")
+
+    def start(self) -> JointMemory:
+        """Nothing that its answer depends on."""
+        return {}
+
+    def fresh(self) -> Self:
+        """The same with a solver that remembers nothing."""
+        return replace(self)
+
+    def ground(self) -> NDArray[np.void]:
+        """What it relies upon, a `Ground` record."""
+        multibody, ground = self.multibody, new_array(GROUND)
+        ground["friction"], ground["max_force"] = self.friction, self.max_force
+        ground["half"] = np.array(multibody.robot.foot.half) * self.sole_part
+        ground["arm"] = MOMENT_ARM * multibody.robot.com_height
+        ground["mass"] = multibody.mass
+        ground["gravity"] = -multibody.model.opt.gravity[2]
+        ground["rolls"] = len(multibody.passive_dofs) > 6
+        return ground
+
+    def motors(self) -> NDArray[np.void]:
+        """The joints with motors and their limits, `Motor` records, shape (n,)."""
+        multibody, model = self.multibody, self.multibody.model
+        motors = np.zeros(len(multibody.motors), MOTOR)
+        motors["dof"], motors["position"] = multibody.motor_dofs, multibody.motor_positions
+        motors["nominal"] = multibody.nominal[multibody.motor_positions]
+        limited = model.jnt_limited[multibody.motors].astype(bool)
+        ranges = model.jnt_range[multibody.motors]
+        motors["low"] = np.where(limited, ranges[:, 0], -1e9)
+        motors["high"] = np.where(limited, ranges[:, 1], 1e9)
+        for joint in find_knees(multibody):
+            row = motors[joint]
+            if row["nominal"] > 0.0:
+                motors["low"][joint] = max(row["low"], self.knee_guard)
+            else:
+                motors["high"][joint] = min(row["high"], -self.knee_guard)
+        motors["torque"] = np.minimum(multibody.torque, 1e9)
+        motors["speed"] = np.minimum(multibody.speed, 1e9)
+        return motors
+
+
+def wrench_units(ground: np.void) -> NDArray[np.float64]:
+    """One of each unknown of a wrench, a `Ground` record given, shape (6,) [N, N m]."""
+    weight = float(ground["mass"] * ground["gravity"])
+    return weight * np.array([1.0] * 3 + [float(ground["arm"])] * 3)
