@@ -13,6 +13,7 @@ import surefoot as sf
 from surefoot.control.mpc import horizon as mpc_horizon
 from surefoot.control.mpc.cycle import SOLVE, MpcState, Work, prepare
 from surefoot.control.mpc.horizon import (
+    com_response,
     horizon,
     lean_response,
     placed_feet,
@@ -45,15 +46,18 @@ def test_every_touchdown_is_a_node(elapsed: float) -> None:
     assert seen.feet.tolist() == np.floor(starts / 0.5 + 1e-9).astype(int).tolist()
 
 
-def test_the_velocity_response_is_the_flow() -> None:
+def test_the_responses_are_the_flow() -> None:
     rng = np.random.default_rng(1)
     lengths, zmp, dcm = rng.uniform(0.01, 0.2, 7), rng.normal(size=7), rng.normal()
-    from_dcm, from_zmp = velocity_response(OMEGA, lengths)
+    from_dcm, from_zmp = com_response(OMEGA, lengths)
     com, velocity, walked = 0.5 * dcm, 0.5 * OMEGA * dcm, []
     for length, pivot in zip(lengths, zmp, strict=True):
         com, velocity = com_flow(com, velocity, pivot, OMEGA, length)
-        walked.append(velocity)
-    assert from_dcm * dcm + from_zmp @ zmp == pytest.approx(walked, abs=1e-12)
+        walked.append((com, velocity))
+    assert pytest.approx(np.array(walked), abs=1e-12) == (from_dcm * dcm + from_zmp @ zmp).T
+    from_dcm, from_zmp = velocity_response(OMEGA, lengths)
+    velocities = [velocity for _, velocity in walked]
+    assert from_dcm * dcm + from_zmp @ zmp == pytest.approx(velocities, abs=1e-12)
 
 
 def test_the_lean_response_is_the_flow() -> None:

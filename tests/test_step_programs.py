@@ -8,9 +8,8 @@ from scipy.linalg import solve_continuous_are
 
 import surefoot as sf
 from surefoot.control.mpc.footstep_optimisation import FootstepOptimisation, value_matrix
-from surefoot.control.mpc.horizon import com_response, horizon
+from surefoot.control.mpc.horizon import horizon
 from surefoot.control.mpc.push_recovery import PushRecoveryMpc
-from surefoot.dcm.pendulum import com_flow
 
 ROBOT = sf.load_robot("paper-biped").with_leg(max_speed=3.0)
 VELOCITY = (0.5, 0.0)
@@ -22,18 +21,6 @@ def test_the_value_function_solves_the_riccati_equation(weights) -> None:
     a, b = np.array([[0.0, 1.0], [1.0, 0.0]]), np.array([[0.0], [-1.0]])
     general = solve_continuous_are(a, b, np.diag([com, velocity]), [[zmp]])
     assert np.allclose(value_matrix(*weights), general, rtol=1e-9, atol=1e-12)
-
-
-def test_the_response_is_the_flow_of_the_pendulum() -> None:
-    omega, lengths = ROBOT.omega, np.array([0.03, 0.1, 0.1, 0.07])
-    from_dcm, from_zmp = com_response(omega, lengths)
-    rng = np.random.default_rng(5)
-    dcm, zmp = 0.07, rng.uniform(-0.1, 0.1, len(lengths))
-    com, velocity = 0.5 * dcm, 0.5 * omega * dcm
-    for k, duration in enumerate(lengths):
-        com, velocity = com_flow(com, velocity, zmp[k], omega, duration)
-        found = from_dcm[:, k] * dcm + from_zmp[:, k] @ zmp
-        assert found == pytest.approx([com, velocity], abs=1e-12)
 
 
 def _answer(mpc, samples: int) -> np.ndarray:

@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from surefoot.control.fields import filled, setting, weight
-from surefoot.control.mpc.horizon import Horizon, com_response, placed_feet, push_response
+from surefoot.control.mpc.horizon import Horizon
 from surefoot.control.mpc.placement import FootPlacementMpc
 from surefoot.control.registry import method
 
@@ -80,23 +80,16 @@ class FootstepOptimisation(FootPlacementMpc):
 
     def make_program(self, ahead: Horizon) -> tuple[NDArray[np.float64], ...]:
         """Hessian, gain, rows and row_state of one control cycle."""
-        omega, steps, n = self.gait.omega, self.steps_ahead, self.samples
-        from_dcm, from_zmp = com_response(omega, ahead.lengths)
-        push = push_response(np.eye(n), ahead.lengths, filled(self.push_horizon))
-        # Of every interval's end: (c, c' / omega) from the unknowns, and from DCM and push.
-        by_unknown = np.concatenate(
-            [from_zmp, from_zmp @ placed_feet(ahead.feet, steps)], axis=2
-        ).swapaxes(0, 1)
-        by_state = np.stack([from_dcm, from_zmp @ push], axis=2).swapaxes(0, 1)
-        standing = np.append(ahead.feet[1:], ahead.feet[-1])
-        by_unknown[:, 0, n:] -= placed_feet(standing, steps)
-        by_unknown[:, 1] /= omega
-        by_state[:, 1] /= omega
-        costs = self.com_weight, omega**2 * filled(self.velocity_weight)
-        weights = np.stack([share * np.diag(costs) for share in omega * ahead.lengths])
-        weights[-1] = value_matrix(*costs, self.zmp_weight)
-        own = np.append(self.zmp_weight * omega * ahead.lengths, np.full(steps, self.step_weight))
-        hessian = np.einsum("kia,kij,kjb->ab", by_unknown, weights, by_unknown) + np.diag(own)
-        gain = np.einsum("kia,kij,kjb->ab", by_unknown, weights, by_state)
-        none = np.zeros((0, n + steps))
-        return hessian, gain, none, none[:, :2]
+        omega, steps = self.gait.omega, self.steps_ahead
+        times, costs = omega * ahead.lengths, (self.com_weight, filled(self.velocity_weight))
+        # On (c, c') in SI, where the value function has (c, c' / omega).
+        units = np.array([1.0, 1.0 / omega])
+        weights = times[:, None, None] * np.diag(costs)
+        value = value_matrix(costs[0], omega**2 * costs[1], self.zmp_weight)
+        weights[-1] = value * np.outer(units, units)
+        from_unknown, from_state = self.responses(ahead)
+        own = np.append(self.zmp_weight * times, np.full(steps, self.step_weight))
+        hessian = np.einsum("ika,kij,jkb->ab", from_unknown, weights, from_unknown)
+        gain = np.einsum("ika,kij,jkb->ab", from_unknown, weights, from_state)
+        none = np.zeros((0, self.samples + steps))
+        return hessian + np.diag(own), gain, none, none[:, :2]

@@ -129,17 +129,17 @@ def velocity_response(
 def push_response(
     from_zmp: NDArray[np.float64], lengths: NDArray[np.float64], lasting: float
 ) -> NDArray[np.float64]:
-    """The CoM velocity at the end of each interval under a push that goes on for a time.
+    """CoM or velocity at the end of each interval under a push that goes on for a time.
 
     A force F moves the CoM as a ZMP does that is F / (m omega^2) further back.
 
     Args:
-        from_zmp: of `velocity_response`, shape (n, n) [1/s].
+        from_zmp: of `com_response` or `velocity_response`, shape (..., n, n).
         lengths: of the intervals [s], shape (n,).
         lasting: how much longer it pushes [s].
 
     Returns:
-        Velocity per F / (m omega^2) (n,) [1/s].
+        Per F / (m omega^2), shape (..., n) [-, 1/s].
     """
     begins = np.cumsum(lengths) - lengths
     return -from_zmp @ np.clip((lasting - begins) / lengths, 0.0, 1.0)

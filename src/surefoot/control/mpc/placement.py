@@ -28,9 +28,9 @@ from surefoot.control.mpc.cycle import MpcParameters
 from surefoot.control.mpc.horizon import (
     Horizon,
     RecedingHorizon,
+    com_response,
     placed_feet,
     push_response,
-    velocity_response,
 )
 from surefoot.control.registry import method, variant
 from surefoot.dcm.landing_schedule import evenly_timed
@@ -92,17 +92,31 @@ class FootPlacementMpc(RecedingHorizon):
             )
         )
 
+    def responses(self, ahead: Horizon) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """What the CoM and its velocity do until the end of each of n intervals.
+
+        Returns:
+            From the unknowns, ZMPs and steps, (2, n, n + steps), and from DCM and push, (2, n, 2)
+            [-, 1/s]. The CoM counts from the foot that stands next.
+        """
+        steps = self.steps_ahead
+        from_dcm, from_zmp = com_response(self.gait.omega, ahead.lengths)
+        from_push = push_response(from_zmp, ahead.lengths, filled(self.push_horizon))
+        from_steps = from_zmp @ placed_feet(ahead.feet, steps)
+        from_steps[0] -= placed_feet(np.append(ahead.feet[1:], ahead.feet[-1]), steps)
+        return (
+            np.concatenate([from_zmp, from_steps], axis=2),
+            np.stack([from_dcm, from_push], axis=2),
+        )
+
     def make_program(self, ahead: Horizon) -> tuple[NDArray[np.float64], ...]:
         """Hessian, gain, rows and row_state of one control cycle."""
         share, steps = ahead.lengths / self.node, self.steps_ahead
-        from_dcm, from_zmp = velocity_response(self.gait.omega, ahead.lengths)
-        response = np.hstack([from_zmp, from_zmp @ placed_feet(ahead.feet, steps)])
+        (_, response), (_, from_state) = self.responses(ahead)
         weighed = filled(self.velocity_weight) * share[:, None] * response
         own = np.concatenate([self.zmp_weight * share, np.full(steps, self.step_weight)])
-        from_push = push_response(from_zmp, ahead.lengths, filled(self.push_horizon))
-        gain = weighed.T @ np.stack([from_dcm, from_push], axis=1)
         none = np.zeros((0, self.samples + steps))
-        return response.T @ weighed + np.diag(own), gain, none, none[:, :2]
+        return response.T @ weighed + np.diag(own), weighed.T @ from_state, none, none[:, :2]
 
 
 EVERY_SAMPLE = variant(

@@ -19,13 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from surefoot.control.fields import filled, setting, weight
-from surefoot.control.mpc.horizon import (
-    ON_ZMP,
-    Horizon,
-    com_response,
-    placed_feet,
-    push_response,
-)
+from surefoot.control.mpc.horizon import ON_ZMP, Horizon
 from surefoot.control.mpc.placement import FootPlacementMpc
 from surefoot.control.registry import method
 
@@ -65,16 +59,11 @@ class PushRecoveryMpc(FootPlacementMpc):
 
     def make_program(self, ahead: Horizon) -> tuple[NDArray[np.float64], ...]:
         """Hessian, gain, rows and row_state of one control cycle."""
-        steps, n, share = self.steps_ahead, self.samples, ahead.lengths / self.node
-        from_dcm, from_zmp = com_response(self.gait.omega, ahead.lengths)
-        push = push_response(np.eye(n), ahead.lengths, filled(self.push_horizon))
-        by_unknown = np.concatenate([from_zmp, from_zmp @ placed_feet(ahead.feet, steps)], axis=2)
-        by_state = np.stack([from_dcm, from_zmp @ push], axis=2)
-        standing = np.append(ahead.feet[1:], ahead.feet[-1])
-        by_unknown[0, :, n:] -= placed_feet(standing, steps)
+        steps, share = self.steps_ahead, ahead.lengths / self.node
         weights = np.outer((self.com_weight, filled(self.velocity_weight)), share)
+        from_unknown, from_state = self.responses(ahead)
         own = np.append(self.zmp_weight * share, np.full(steps, self.step_weight))
-        hessian = np.einsum("ika,ik,ikb->ab", by_unknown, weights, by_unknown) + np.diag(own)
-        gain = np.einsum("ika,ik,ikb->ab", by_unknown, weights, by_state)
-        none = np.zeros((0, n + steps))
-        return hessian, gain, none, none[:, :2]
+        hessian = np.einsum("ika,ik,ikb->ab", from_unknown, weights, from_unknown)
+        gain = np.einsum("ika,ik,ikb->ab", from_unknown, weights, from_state)
+        none = np.zeros((0, self.samples + steps))
+        return hessian + np.diag(own), gain, none, none[:, :2]
