@@ -162,6 +162,11 @@ def given(name: str) -> bool:
     return source is not click.core.ParameterSource.DEFAULT
 
 
+def option_of(name: str) -> str:
+    """An option as it is written on the command line, by its name in Python."""
+    return {one.name: one.opts[0] for one in click.get_current_context().command.params}[name]
+
+
 def refuse_of_other_world(
     simulator: str, of_point_mass: Iterable[str], of_body: Iterable[str]
 ) -> None:
@@ -176,12 +181,11 @@ def refuse_of_other_world(
         ParameterError: one is given; it is named.
     """
     refused, other = (of_point_mass, "lipm") if simulator == "mujoco" else (of_body, "mujoco")
-    options = {one.name: one.opts[0] for one in click.get_current_context().command.params}
-    for name in filter(given, refused):
+    for option in map(option_of, filter(given, refused)):
         raise ParameterError(
-            f"{options[name]} with --simulator {other}",
+            f"{option} with --simulator {other}",
             f"--simulator {simulator}",
-            f"leave {options[name]} out, or choose the other simulator",
+            f"leave {option} out, or choose the other simulator",
         )
 
 

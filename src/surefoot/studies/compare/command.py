@@ -21,6 +21,7 @@ from surefoot.options import (
     legs_unknown_option,
     mapping_option,
     moved_robot,
+    option_of,
     progress_bar,
     refuse_of_other_world,
     simulator_option,
@@ -47,26 +48,19 @@ BODY_VELOCITY, BODY_STEP = (0.3, 0.0), 2.0
 QUICK_PHASES, QUICK_STEP = 2, 10.0
 """Of `--quick` [-, N s]."""
 
-OF_BODY_PUSHES = {"estimate": "--estimate", "quick": "--quick", "explain": "--explain"}
+OF_BODY_PUSHES = "estimate", "quick", "explain"
 """Options of bodies that are pushed."""
 
-OF_BODY = {"mapping": "--mapping", **OF_BODY_PUSHES}
+OF_BODY = "mapping", *OF_BODY_PUSHES
 """Options that a point mass has no use for."""
 
-OF_POINT_MASS = {
-    "mass": "--mass",
-    "leg_speeds": "--leg-speed",
-    "durations": "--push-duration",
-    "full": "--full",
-    "directions": "--directions",
-    "legs_unknown": "--legs-unknown",
-}
+OF_POINT_MASS = "mass", "leg_speeds", "durations", "full", "directions", "legs_unknown"
 """Options that a body has no use for: its mass and legs are what they are."""
 
-OF_PUSHES = {"phases": "--phases", "step": "--step", **OF_BODY_PUSHES}
+OF_PUSHES = "phases", "step", *OF_BODY_PUSHES
 """Options that walks without pushes have no use for; their state is always estimated."""
 
-OF_WALKS = {"seeds": "--seeds", "duration": "--duration"}
+OF_WALKS = "seeds", "duration"
 """Options that only they have."""
 
 
@@ -246,9 +240,8 @@ def _refuse_others(simulator: str, robots: tuple[str, ...], disturbances: tuple[
     if len(set(robots)) < len(robots):
         raise ParameterError("every --robot once", ", ".join(robots), "leave the others out")
     walks = simulator == "mujoco" and bool(disturbances)
-    wrong = next(
-        (one for name, one in (OF_PUSHES if walks else OF_WALKS).items() if given(name)), ""
-    )
+    refused = filter(given, OF_PUSHES if walks else OF_WALKS)
+    wrong = next(map(option_of, refused), "")
     if wrong and walks:
         raise ParameterError(
             f"{wrong} without --disturbance: bodies that are disturbed are not pushed",
