@@ -99,7 +99,7 @@ class Row(Record):
     last: int = field("", "one behind the last of them")
 
 
-BASE, BASE_NOISE, ROW = Base.DTYPE, BaseNoise.DTYPE, Row.DTYPE
+BASE, ROW = Base.DTYPE, Row.DTYPE
 
 TRUSTED = 3.0
 """Standard deviations beyond which a foot has slipped."""

@@ -54,8 +54,6 @@ class Jerk(Record):
     tilt: float = field("-", "likewise the lean", default=0.003)
 
 
-JERK = Jerk.DTYPE
-
 TRUSTED = 4.5
 """Standard deviations beyond which a reading, or an expected acceleration, is not believed."""
 

@@ -337,7 +337,7 @@ class LipmSimulator:
         parameters["max_acceleration"] = self.robot.swing.max_acceleration
         parameters["com_height"] = self.robot.com_height
         moved = self.robot.replace(com_height=pendulum.height, legs=None)
-        parameters["fall_distance"] = fall_distance(moved, self.believed or self.robot)
+        parameters["fall_distance"] = fall_distance(moved, self.believed)
         trunk = self.robot.trunk
         if trunk is not None:
             parameters["inertia"] = trunk.inertia
