@@ -94,29 +94,30 @@ def _move_com(parameters, zmp, pushes, legs, start, end, observation):
     time = start
     while time < end:
         force_x, force_y, until = force_until_change(pushes, time, end)
-        growth = math.exp(omega * (until - time))
-        for i in range(2):
-            force = parameters.push_gain * (force_x if i == 0 else force_y)
-            pivot = pushed_pivot(zmp[i], force, parameters.mass, omega)
-            observation.com[i], observation.com_velocity[i] = _flow_on(
-                observation.com[i],
-                observation.com_velocity[i],
-                pivot - (legs[i, 0] + (time - start) * legs[i, 1]),
-                -legs[i, 1],
-                omega,
-                growth,
-                until - time,
-            )
+        times = time - start, until - time, math.exp(omega * (until - time))
+        _move_axis(parameters, 0, force_x, zmp, legs, times, observation)
+        _move_axis(parameters, 1, force_y, zmp, legs, times, observation)
         time = until
     for i in range(2):
         observation.dcm[i] = observation.com[i] + observation.com_velocity[i] / omega
 
 
 @njit(forceinline=True)
-def _flow_on(com, velocity, pivot, pivot_velocity, omega, growth, duration):
-    """The flow of CoM and velocity about a pivot that moves evenly, which is a solution itself."""
-    com, velocity = com_flow_by(com, velocity - pivot_velocity, pivot, omega, growth)
-    return com + pivot_velocity * duration, velocity + pivot_velocity
+def _move_axis(parameters, axis, force, zmp, legs, times, observation):
+    """Move the CoM along an axis about a pivot that moves evenly, which is a solution itself.
+
+    `times` are the time since the start of the cycle, how long to move, and e^(omega t) of that.
+    """
+    since, duration, growth = times
+    pivot = pushed_pivot(zmp[axis], parameters.push_gain * force, parameters.mass, parameters.omega)
+    pivot -= legs[axis, 0] + since * legs[axis, 1]
+    drift = -legs[axis, 1]
+    com, velocity = com_flow_by(
+        observation.com[axis], observation.com_velocity[axis] - drift, pivot, parameters.omega,
+        growth,
+    )  # fmt: skip
+    observation.com[axis] = com + drift * duration
+    observation.com_velocity[axis] = velocity + drift
 
 
 @njit(forceinline=True)
@@ -159,18 +160,8 @@ def _move_com_and_trunk(parameters, command, zmp, pushes, legs, start, end, obse
                 blow = momentum / (parameters.mass * parameters.com_height)
                 observation.com_velocity[i] += parameters.push_gain * blow
                 momentum = 0.0
-            pivot = pushed_pivot(
-                zmp[i], parameters.push_gain * force, parameters.mass, parameters.omega
-            )
-            observation.com[i], observation.com_velocity[i] = _flow_on(
-                observation.com[i],
-                observation.com_velocity[i],
-                pivot - (legs[i, 0] + (time - start) * legs[i, 1]),
-                -legs[i, 1],
-                parameters.omega,
-                math.exp(parameters.omega * (until - time)),
-                until - time,
-            )
+            times = time - start, until - time, math.exp(parameters.omega * (until - time))
+            _move_axis(parameters, i, force, zmp, legs, times, observation)
             time = until
         observation.dcm[i] = observation.com[i] + observation.com_velocity[i] / parameters.omega
 
