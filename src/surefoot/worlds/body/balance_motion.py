@@ -22,6 +22,7 @@ from surefoot.compiled import njit
 from surefoot.record import Array, Record, field, new_array
 from surefoot.robot.legs import find_knees, leg_joints
 from surefoot.robot.multibody import Multibody
+from surefoot.worlds.body.program import factor_and_solve
 from surefoot.worlds.body.tasks import WRENCH, rotation_error
 
 
@@ -144,30 +145,6 @@ def _sole_motion(k, ref, m, side, error, wanted):
 
 
 @njit
-def _solve(square, sums):
-    """Solve S X = B by the factors of Cholesky; S is given by its lower half, X is written over B.
-
-    Half a dozen unknowns take longer in a library's call than here.
-    """
-    n = square.shape[0]
-    for i in range(n):
-        for j in range(i + 1):
-            total = square[i, j]
-            for k in range(j):
-                total -= square[i, k] * square[j, k]
-            square[i, j] = math.sqrt(total) if i == j else total / square[j, j]
-    for c in range(sums.shape[1]):
-        for i in range(n):
-            for k in range(i):
-                sums[i, c] -= square[i, k] * sums[k, c]
-            sums[i, c] /= square[i, i]
-        for i in range(n - 1, -1, -1):
-            for k in range(i + 1, n):
-                sums[i, c] -= square[k, i] * sums[k, c]
-            sums[i, c] /= square[i, i]
-
-
-@njit
 def _leg_motion(b, skip, leg, jacobian, axes, wanted, slope, acceleration):
     """Write the accelerations of a leg's joints that move its sole as wanted, least squares.
 
@@ -208,7 +185,8 @@ def _leg_motion(b, skip, leg, jacobian, axes, wanted, slope, acceleration):
                 sums[c, d] += rows[i, c] * right[i, d]
         square[c, c] += DAMPING
         sums[c, 6] += DAMPING * acceleration[leg[c]]
-    _solve(square, sums)
+    if not factor_and_solve(square, sums):
+        sums[:] = math.nan
     for c in range(n):
         total = sums[c, 6]
         for i in range(6):

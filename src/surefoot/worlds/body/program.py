@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, Self
@@ -51,6 +52,37 @@ def squares(tasks, count, n, program):
     for i in range(n):
         for j in range(i):
             hessian[j, i] = hessian[i, j]
+
+
+@njit
+def factor_and_solve(square, sums):
+    """Replace B by the X of S X = B, S positive definite, by Cholesky; whether it was.
+
+    Only the lower half of S is read, and overwritten. A few dozen unknowns take longer in a
+    library's call than here.
+    """
+    n = square.shape[0]
+    for i in range(n):
+        for j in range(i + 1):
+            total = square[i, j]
+            for k in range(j):
+                total -= square[i, k] * square[j, k]
+            if j < i:
+                square[i, j] = total / square[j, j]
+            elif total > 0.0:
+                square[i, i] = math.sqrt(total)
+            else:
+                return False
+    for c in range(sums.shape[1]):
+        for i in range(n):
+            for k in range(i):
+                sums[i, c] -= square[i, k] * sums[k, c]
+            sums[i, c] /= square[i, i]
+        for i in range(n - 1, -1, -1):
+            for k in range(i + 1, n):
+                sums[i, c] -= square[k, i] * sums[k, c]
+            sums[i, c] /= square[i, i]
+    return math.isfinite(sums.sum())
 
 
 class Solver:

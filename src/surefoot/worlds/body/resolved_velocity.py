@@ -34,6 +34,7 @@ from surefoot.errors import RobotError
 from surefoot.record import Array, Record, field
 from surefoot.robot.legs import MOSTLY, find_legs, leg_joints
 from surefoot.robot.multibody import Multibody
+from surefoot.worlds.body.program import factor_and_solve
 from surefoot.worlds.body.tasks import rotation_error
 
 SOLE, SWING, ALONG, HEIGHT, TRUNK = 10.0, 3.0, 1.0, 0.3, 1.0
@@ -187,35 +188,6 @@ def add_com(rates, reference, motion, jacobian, falls, u, height, row, hessian, 
 
 
 @njit
-def factor_and_solve(hessian, vector):
-    """Replace b by the x of A x = b, A positive definite, by Cholesky; whether it was.
-
-    Only the lower half of A is read, and overwritten.
-    """
-    n = vector.shape[0]
-    for i in range(n):
-        for k in range(i + 1):
-            total = hessian[i, k]
-            for c in range(k):
-                total -= hessian[i, c] * hessian[k, c]
-            if k < i:
-                hessian[i, k] = total / hessian[k, k]
-            elif total > 0.0:
-                hessian[i, i] = math.sqrt(total)
-            else:
-                return False
-    for i in range(n):
-        for k in range(i):
-            vector[i] -= hessian[i, k] * vector[k]
-        vector[i] /= hessian[i, i]
-    for i in range(n - 1, -1, -1):
-        for k in range(i + 1, n):
-            vector[i] -= hessian[k, i] * vector[k]
-        vector[i] /= hessian[i, i]
-    return math.isfinite(vector.sum())
-
-
-@njit
 def resolve(
     rates, legs, passive, base, reference, motion, position, velocity, jacobians, com_jacobian,
     u, hessian, row, out,
@@ -253,7 +225,7 @@ def resolve(
     height = HEIGHT * (1.0 - yields)
     add_com(rates, reference, motion, com_jacobian, falls, u, height, row, hessian, out)
     add_trunk(rates, reference, motion.base_axes, base + 3, row, hessian, out)
-    return factor_and_solve(hessian, out)
+    return factor_and_solve(hessian, out.reshape((-1, 1)))
 
 
 def find_leg_joints(multibody: Multibody) -> NDArray[np.void]:
