@@ -319,3 +319,14 @@ def test_hips_need_a_trunk() -> None:
 def test_parameters_that_make_no_sense(kind, arguments, message: str) -> None:
     with pytest.raises(sf.ParameterError, match=message):
         kind(ROBOT, (0.5, 0.0), **arguments)
+
+
+def test_a_new_velocity_takes_the_programs_over() -> None:
+    """They depend on the duration of a step; a body changes its velocity at every touchdown."""
+    mpc = sf.FootPlacementMpc(ROBOT, (0.5, 0.0), step_duration=0.5)
+    assert mpc.with_velocity((0.48, 0.01)).programs is mpc.programs
+    for other in (
+        sf.FootPlacementMpc(ROBOT, (0.5, 0.0), step_duration=0.4),
+        sf.FootPlacementMpc(ROBOT, (0.5, 0.0), step_duration=0.5, step_weight=2e-3),
+    ):
+        assert not np.array_equal(other.programs.hessian, mpc.programs.hessian)

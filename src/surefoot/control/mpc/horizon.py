@@ -14,8 +14,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
-from functools import cache
+from dataclasses import dataclass, field, fields
+from functools import cache, lru_cache
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
@@ -201,6 +201,24 @@ def _solver() -> Callable[..., Any]:
 
 
 @dataclass(frozen=True)
+class _Asked:
+    """What the programs of a controller depend on, and the controller."""
+
+    kind: type
+    step_duration: float
+    settings: tuple[Any, ...]
+    mpc: RecedingHorizon = field(compare=False)
+
+
+@lru_cache(maxsize=8)
+def _programs(asked: _Asked) -> Programs:
+    """Made once for all velocities with the same duration of a step: it takes several cycles."""
+    mpc = asked.mpc
+    made = zip(*map(mpc.make_program, mpc.horizons()), strict=True)
+    return Programs(*(np.array(part) for part in made))
+
+
+@dataclass(frozen=True)
 class RecedingHorizon(GaitController):
     """What every linear MPC does with its programs; what they are is the subclass's own.
 
@@ -231,8 +249,10 @@ class RecedingHorizon(GaitController):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        made = zip(*map(self.make_program, self.horizons()), strict=True)
-        object.__setattr__(self, "programs", Programs(*(np.array(part) for part in made)))
+        names = (of.name for of in fields(self) if of.init and of.name != "velocity")
+        settings = tuple(getattr(self, name) for name in names)
+        asked = _Asked(type(self), self.gait.step_duration, settings, self)
+        object.__setattr__(self, "programs", _programs(asked))
 
     @property
     def samples_per_step(self) -> int:
@@ -289,7 +309,10 @@ class RecedingHorizon(GaitController):
         )
 
     def make_program(self, ahead: Horizon) -> tuple[NDArray[np.float64], ...]:
-        """Hessian, gain, rows and row_state of one control cycle, see `Programs`."""
+        """Hessian, gain, rows and row_state of one control cycle, see `Programs`.
+
+        They may depend on anything but the velocity, whose change at a touchdown takes them over.
+        """
         raise NotImplementedError(f"{type(self).__name__}.make_program")
 
     def start(self, observation: Observation) -> NDArray[np.void]:
