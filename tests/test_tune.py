@@ -363,6 +363,8 @@ def test_values_that_the_controller_refuses_are_a_trial_that_is_not_taken(
         ({"trials": 0}, "`trials` of at least 1"),
         ({"trials": True}, "`trials` of at least 1"),
         ({"trials": 2.5}, "`trials` of at least 1"),
+        ({"threads": 0}, "`threads` of at least 1"),
+        ({"threads": -1}, "`threads` of at least 1"),
     ],
 )
 def test_a_wrong_question_is_refused(change: dict, words: str, question: Tuning) -> None:
@@ -478,6 +480,7 @@ def test_without_optuna_it_says_what_to_install(
         (["--controller", "linear-mpc"], "a compiled method with gains"),
         (["--controller", "nobody"], "a method (tracking"),
         (["--trials", "0"], "`trials` of at least 1"),
+        (["--workers", "0"], "`threads` of at least 1"),
         (["--seed", "-1"], "`seed`"),
         (["--step", "0"], "`step`"),
         (["--velocity", "9", "0"], "slow down"),

@@ -100,6 +100,8 @@ class Tuning(Study):
         trials: Any = self.trials
         if isinstance(trials, bool) or not isinstance(trials, int) or trials < 1:
             raise ParameterError("`trials` of at least 1", repr(trials), "100 is usual")
+        if self.threads is not None:
+            check_number("threads", self.threads, 1.0, "-")
         if self.prefer not in PREFERENCES:
             raise ParameterError(
                 f"a preference ({', '.join(PREFERENCES)})", repr(self.prefer), "choose one of these"
@@ -172,12 +174,12 @@ class Tuning(Study):
         changed = self.settings(dict(zip(names, cell.values, strict=True)))
         try:
             controller = with_settings(self.method, self.robot, self.velocity, changed)
-            found = score(
-                controller, self.walk, self.pushes[cell.pushes], self.impulse, self.scan_step,
-                workers=self.threads,
-            )  # fmt: skip
         except SurefootError as error:
             return {one.name: None for one in fields(Score)} | {REFUSED: str(error)}
+        found = score(
+            controller, self.walk, self.pushes[cell.pushes], self.impulse, self.scan_step,
+            workers=self.threads,
+        )  # fmt: skip
         return asdict(found) | {REFUSED: None}
 
     def common(self) -> dict[str, Any]:
